@@ -56,8 +56,8 @@ def _run(options: argparse.Namespace) -> None:
         print(fmu_text(options.source))
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
-        from m4e_fmi.cosim.connections.prepared import outline
         from m4e_fmi.cosim.preparation.components import waiting
+        from m4e_fmi.cosim.wiring.prepared import outline
 
         if options.output_file:
             check_picture_path(options.output_file)

@@ -2,18 +2,16 @@
 
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
-Start reading at `system/` (components and connections), then `connections/` (order of exchange),
-`exchange/` and `time_loop/`, `algorithms/` (methods of stepping), and `error_estimate/`. `run/`
+Start reading at `system/` (components and connections), then `wiring/` (order of exchange),
+`network/` and `time_loop/`, `algorithms/` (methods of stepping), and `error/`. `run/`
 runs it all. See docs/architecture.md.
 """
 
 from m4e_fmi.cosim.composition.compose import at_equilibrium, system_in_waves, system_program
-from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
-from m4e_fmi.cosim.connections.prepared import Prepared, Timing
-from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
-from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.error.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.monitoring.program_start import program_start_warnings
+from m4e_fmi.cosim.network.fmu_log import FmuMessage
+from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.results.system_scene import scene_without_build
@@ -28,6 +26,8 @@ from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.cosim.system_file import load_system, read_parameters
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
+from m4e_fmi.cosim.wiring.links import Bond, Link, Port, Wiring
+from m4e_fmi.cosim.wiring.prepared import Prepared, Timing
 from m4e_fmi.results.results_file import Results, Series, load
 
 __all__ = [

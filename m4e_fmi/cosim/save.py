@@ -13,13 +13,13 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.links import Link, Port, Variables, base, is_varying, summed
-from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.prepare import described, prepare
 from m4e_fmi.cosim.ssp.write import write_ssp
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Link, Port, Variables, base, is_varying, summed
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.file_kinds import SSP_SUFFIX
 

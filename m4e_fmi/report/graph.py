@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from m4e_fmi.report.drawing.labels import shortened
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim.connections.links import Link, Port
-    from m4e_fmi.cosim.connections.prepared import Prepared
+    from m4e_fmi.cosim.wiring.links import Link, Port
+    from m4e_fmi.cosim.wiring.prepared import Prepared
 
 MOST_NAMES = 4
 """Variables named at an arrow."""

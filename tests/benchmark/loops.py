@@ -1,7 +1,7 @@
 """How many evaluations algebraic loops take: `python -m benchmark.loops`, in `tests/`.
 
 Three iterations on the same loops x = g(x, t), none of which is given derivatives: quasi-Newton as
-the master has it (`m4e_fmi.cosim.exchange.newton`: differences at first, then Broyden's update,
+the master has it (`m4e_fmi.cosim.network.newton`: differences at first, then Broyden's update,
 the matrix kept from one instant to the next), the same without differences (from the identity), and
 Aitken's relaxation. An evaluation is one of all FMUs of the loop, a difference is one too.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.newton import DIFFERENCE, TOLERANCE, NotConvergedError, QuasiNewton
+from m4e_fmi.cosim.network.newton import DIFFERENCE, TOLERANCE, NotConvergedError, QuasiNewton
 
 INSTANTS, LIMIT = 20, 200
 RATIOS = (0.1, 0.5, 0.9, 1.1, 2.0, 5.0, 20.0)

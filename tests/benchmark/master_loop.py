@@ -23,7 +23,7 @@ from typing import Any
 
 from benchmark.masters import PEERS
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 

@@ -20,8 +20,8 @@ from m4e_fmi.cosim import (
     load_system,
     run,
 )
-from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.missing import loose_ends, unconnected_parameters
+from m4e_fmi.cosim.wiring.connect import connect
+from m4e_fmi.cosim.wiring.missing import loose_ends, unconnected_parameters
 from m4e_fmi.fmu import read_description, validate_fmu
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "moored_buoy" / "system.yaml"

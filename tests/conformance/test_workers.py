@@ -21,7 +21,7 @@ import pytest
 from support.c_fmus.build import trouble_file
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
-from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.worker import Host, keeper, process
 from m4e_fmi.results.results_file import load

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from m4e_fmi.cosim import Outcome, System, prepare, run
-from m4e_fmi.cosim.connections.links import AXES
+from m4e_fmi.cosim.wiring.links import AXES
 
 LIMIT = 1e-3
 """Of what a balance may be off, over the gross energy."""

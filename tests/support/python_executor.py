@@ -14,10 +14,10 @@ from ctypes import c_double, c_int, c_size_t, c_void_p
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.exchange import operations as op
-from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.operations import LOST, Operation
-from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, LoopState
+from m4e_fmi.cosim.network import operations as op
+from m4e_fmi.cosim.network.instance import WARNING, Instance
+from m4e_fmi.cosim.network.operations import LOST, Operation
+from m4e_fmi.cosim.network.schedule import NOT_A_NUMBER, LoopState
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls.access import guarded
 
@@ -33,8 +33,8 @@ NOISE = 1e-9
 
 def use_python(patch: pytest.MonkeyPatch) -> None:
     """Have all operations be performed by Python from now on."""
-    patch.setattr("m4e_fmi.cosim.exchange.schedule.NativeExecutor", PythonExecutor)
-    patch.setattr("m4e_fmi.cosim.exchange.schedule.run_loop", run_loop)
+    patch.setattr("m4e_fmi.cosim.network.schedule.NativeExecutor", PythonExecutor)
+    patch.setattr("m4e_fmi.cosim.network.schedule.run_loop", run_loop)
 
 
 class PythonExecutor:

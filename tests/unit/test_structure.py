@@ -27,8 +27,8 @@ LAYERS = {
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
-        "system connections scenario ssp system_file exchange "
-        "preparation composition results stepping algorithms time_loop error_estimate monitoring "
+        "system wiring scenario ssp system_file network "
+        "preparation composition results stepping algorithms time_loop error monitoring "
         "run save"
     ),
 }

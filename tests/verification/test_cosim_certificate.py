@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 from support.random_systems import random_system
 from support.small_systems import Fmus, observed, system
-from unit.cosim.exchange.test_versions import reworded
+from unit.cosim.network.test_versions import reworded
 
 from m4e_fmi.cosim import (
     Component,
@@ -22,8 +22,8 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.cosim.error_estimate.estimator import SMOOTH
-from m4e_fmi.cosim.error_estimate.report import LITTLE
+from m4e_fmi.cosim.error.estimator import SMOOTH
+from m4e_fmi.cosim.error.report import LITTLE
 from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 from m4e_fmi.errors import RunError

@@ -14,7 +14,7 @@ from support.eventful_systems import Event, EventfulSystem, eventful_system, mad
 from support.small_systems import Fmus
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, run
-from m4e_fmi.cosim.error_estimate import estimator
+from m4e_fmi.cosim.error import estimator
 
 
 @pytest.mark.verifies(

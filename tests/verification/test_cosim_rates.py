@@ -18,7 +18,7 @@ from support.small_systems import Fmus, observed, system, watched
 from support.two_masses import EXACT, STATES, two_masses
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, Outcome, Simulation, System, prepare
-from m4e_fmi.cosim.error_estimate.report import LARGE
+from m4e_fmi.cosim.error.report import LARGE
 
 STEPS = (0.1, 0.05, 0.025)
 FAST = np.sqrt(3.0)

@@ -14,8 +14,8 @@ import pytest
 from support.nonlinear_sphere import EQUILIBRIUM, write_system
 
 from m4e_fmi.cosim import load_system, run
-from m4e_fmi.cosim.error_estimate.estimator import BEND
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.estimator import BEND
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 
 SERIES = Path(__file__).parents[1] / "data" / "hydrodynamics" / "oes10_sphere_decay_5m_cfd.csv"
 RELEASE = 5.0  # m above the equilibrium

@@ -15,7 +15,7 @@ from scipy.signal import find_peaks
 from support.periods import vertex
 
 from m4e_fmi.cosim import load_system, run
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "sphere_decay" / "system.yaml"
 SERIES = Path(__file__).parents[1] / "data" / "hydrodynamics" / "oes10_sphere_decay_1m.csv"

@@ -17,7 +17,7 @@ import pytest
 from support.example_systems import example_system, hydraulic_kinds
 
 from m4e_fmi.cosim import Network, Outcome, System, run
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 
 CASES = {
     "sphere_decay/system.yaml": 20.0,

@@ -145,11 +145,8 @@ def _run(options: argparse.Namespace) -> None:
 def _filled(template: str, name: str) -> str:
     """The text of a template with the name in its places."""
     text = (TEMPLATES / template).read_text(encoding="utf-8")
-    return text.replace("<<name>>", name).replace("<<Class>>", _class_name(name))
-
-
-def _class_name(name: str) -> str:
-    return "".join(part[:1].upper() + part[1:] for part in name.split("_"))
+    class_name = "".join(part[:1].upper() + part[1:] for part in name.split("_"))
+    return text.replace("<<name>>", name).replace("<<Class>>", class_name)
 
 
 def _wrong_name(name: str, *, is_code: bool) -> Iterator[Problem]:

@@ -37,9 +37,9 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.gauss_seidel import ALGORITHM as FALLBACK
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Operation, gather
-from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Operation, gather
+from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.stepping.algorithm import Scheduled
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
 from m4e_fmi.cosim.stepping.pieces import ComponentStepper, StepValues

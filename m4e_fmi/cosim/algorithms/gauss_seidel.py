@@ -44,10 +44,10 @@ from functools import partial
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Link, Port
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Combine, Get, Operation, gather, setting
 from m4e_fmi.cosim.stepping.algorithm import Scheduled
+from m4e_fmi.cosim.wiring.links import Link, Port
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 Terms = dict[int, float]

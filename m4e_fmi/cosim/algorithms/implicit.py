@@ -25,9 +25,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
-from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
+from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
 from m4e_fmi.cosim.stepping.pieces import ComponentStepper, InputTrajectories, StepValues

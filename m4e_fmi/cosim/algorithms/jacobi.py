@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Operation, gather
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Operation, gather
 from m4e_fmi.cosim.stepping.algorithm import Scheduled
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 

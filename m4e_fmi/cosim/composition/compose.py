@@ -15,12 +15,12 @@ from m4e_fmi.analysis.points import OperatingPoint, local_parts, operating_point
 from m4e_fmi.analysis.response import InWaves, WaveForces
 from m4e_fmi.cosim.composition.parts import ComponentSelection, Made, look_at, stand_ins
 from m4e_fmi.cosim.composition.static_law import StaticLaw
-from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.preparation.components import Tell, silent
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.connect import connect
+from m4e_fmi.cosim.wiring.links import Link, Wiring
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description
 from m4e_fmi.joints import ATTITUDE

@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from m4e_fmi.cosim.composition.static_law import AtRest, Inputs, StaticLaw, law_program
-from m4e_fmi.cosim.connections.links import Link, Port, Wiring, is_varying
 from m4e_fmi.cosim.preparation.components import (
     Draft,
     Tell,
@@ -26,6 +25,7 @@ from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Link, Port, Wiring, is_varying
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.limits import MOST_STEPS
 from m4e_fmi.fmu import Description, PythonSource, read_description

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.interruption import quiet, setting_up
-from m4e_fmi.cosim.exchange.operations import Get
-from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.network.instance import Instance
+from m4e_fmi.cosim.network.interruption import quiet, setting_up
+from m4e_fmi.cosim.network.operations import Get
+from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.preparation.trial_instances import Instances, stepped
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.messages import Listener

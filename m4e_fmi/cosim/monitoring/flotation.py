@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from m4e_fmi.cosim.connections.links import Port, Wiring
 from m4e_fmi.cosim.monitoring.hulls import BUOYANCY, AtStart, FloatingHull
 from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS, BodyBalance, balances
+from m4e_fmi.cosim.wiring.links import Port, Wiring
 
 Gravity = Callable[[str], float | None]
 

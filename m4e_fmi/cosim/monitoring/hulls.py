@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Link
+from m4e_fmi.cosim.wiring.links import Link
 from m4e_fmi.fmu import Description
 
 WRENCH = ("force_x", "force_z", "moment_y")

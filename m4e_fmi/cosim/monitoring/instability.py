@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Link, Port
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.simulation import Simulation
+from m4e_fmi.cosim.wiring.links import Link, Port
 from m4e_fmi.coupling_algorithms import algorithm_descriptor, algorithm_names, listed
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.growth import Growth, largest_growth

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Link, Port
-from m4e_fmi.cosim.connections.structure import DECLARED, PROBED, STATED, how_known
-from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Get, setting
-from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.network.instance import Instance
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Get, setting
+from m4e_fmi.cosim.network.schedule import Schedule
+from m4e_fmi.cosim.wiring.links import Link, Port
+from m4e_fmi.cosim.wiring.structure import DECLARED, PROBED, STATED, how_known
 
 RARER = 2
 """After n steps, the next look is n over this many steps later."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS
 from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.connect import connect
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.program import TIME, LocalLaw, Part, Program, evaluated, tangent

@@ -21,10 +21,10 @@ from functools import cached_property
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.added_mass import added_mass_bodies, in_order
-from m4e_fmi.cosim.connections.added_mass import group as connector
-from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.monitoring.hulls import FORCES, WRENCH, AtStart, FloatingHull, Plane
+from m4e_fmi.cosim.wiring.added_mass import added_mass_bodies, in_order
+from m4e_fmi.cosim.wiring.added_mass import group as connector
+from m4e_fmi.cosim.wiring.links import Link, Port, Wiring
 
 ACCELERATIONS: dict[str, str] = dict(
     zip(FORCES, ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"), strict=True)

@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.code_hash import code_hash, imports_hash
-from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.ssp.package import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_module, kinds
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.connect import connect
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.file_names import file_stem, file_stems
 from m4e_fmi.files.files_read import Files, depends_on, files_read

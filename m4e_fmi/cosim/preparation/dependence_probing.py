@@ -24,12 +24,12 @@ from itertools import product
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.connections.structure import PROBED, STEPPED, assumed, exchange_graph, resolve
-from m4e_fmi.cosim.exchange.interruption import setting_up
+from m4e_fmi.cosim.network.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, Trials, driven_inputs
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Wiring
+from m4e_fmi.cosim.wiring.structure import PROBED, STEPPED, assumed, exchange_graph, resolve
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.questions import moved, trajectory
 from m4e_fmi.fmu.importer.reading import Description

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.link_checks import moved_together
-from m4e_fmi.cosim.connections.links import BondAxis, Link, Port, Wiring, conversion
-from m4e_fmi.cosim.connections.structure import Structure, Transfer
 from m4e_fmi.cosim.system.component import Component, Kind, ModelFile, kind_module
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.link_checks import moved_together
+from m4e_fmi.cosim.wiring.links import BondAxis, Link, Port, Wiring, conversion
+from m4e_fmi.cosim.wiring.structure import Structure, Transfer
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.report.drawing.space.hulls import Hull

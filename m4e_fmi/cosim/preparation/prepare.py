@@ -15,12 +15,7 @@ from zipfile import ZipFile
 
 import fmpy
 
-from m4e_fmi.cosim.connections.added_mass import without_added_mass
-from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.missing import loose_ends, unconnected_parameters
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import analyse, broken, with_stated
-from m4e_fmi.cosim.exchange.schedule import loop_library
+from m4e_fmi.cosim.network.schedule import loop_library
 from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.doubtful_values import (
@@ -37,6 +32,11 @@ from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system
+from m4e_fmi.cosim.wiring.added_mass import without_added_mass
+from m4e_fmi.cosim.wiring.connect import connect
+from m4e_fmi.cosim.wiring.missing import loose_ends, unconnected_parameters
+from m4e_fmi.cosim.wiring.prepared import Prepared
+from m4e_fmi.cosim.wiring.structure import analyse, broken, with_stated
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.archives import ERRORS
 from m4e_fmi.fmu import Description, read_description

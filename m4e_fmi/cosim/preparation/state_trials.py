@@ -22,9 +22,8 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.exchange.interruption import setting_up
-from m4e_fmi.cosim.exchange.loading.binary import PYTHON
+from m4e_fmi.cosim.network.interruption import setting_up
+from m4e_fmi.cosim.network.loading import PYTHON
 from m4e_fmi.cosim.preparation.trial_instances import (
     Instances,
     Subject,
@@ -35,6 +34,7 @@ from m4e_fmi.cosim.preparation.trial_instances import (
 from m4e_fmi.cosim.system.component import FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Wiring
 from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened

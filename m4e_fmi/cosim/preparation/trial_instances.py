@@ -9,15 +9,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.loading.binary import Files, opened_binary
-from m4e_fmi.cosim.exchange.operations import DoStep
-from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.network.instance import Instance
+from m4e_fmi.cosim.network.loading import Files, opened_binary
+from m4e_fmi.cosim.network.operations import DoStep
+from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Wiring
 from m4e_fmi.fmu.importer.messages import Listener
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.worker import Host

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Get, GetTyped, Operation, gather
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Get, GetTyped, Operation, gather
 from m4e_fmi.cosim.scenario.plan import COMPONENT
+from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.row_file import CELLS, ResultColumn, RowSection
 from m4e_fmi.results.series import TEXT, Recorded

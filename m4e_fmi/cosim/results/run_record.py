@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.links import Bond, Port
-from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.system.component import ModelFile
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Bond, Port
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.files.limits import LONGEST_NAME
 from m4e_fmi.report.graph import graph_of
 from m4e_fmi.report.run_report.inputs import input_file, versions

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import Component, Kind, ModelFile, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.connect import connect
+from m4e_fmi.cosim.wiring.links import Link, Port, Wiring
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import Description
 from m4e_fmi.model import load_model

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.results.blocks import ComponentBlock, ScenarioBlock, blocks
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS

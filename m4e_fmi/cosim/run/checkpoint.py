@@ -27,11 +27,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TypeVar
 
-from m4e_fmi.cosim.error_estimate.estimator import EstimateSnapshot
-from m4e_fmi.cosim.exchange.fmu_log import Kinds, Warn
-from m4e_fmi.cosim.exchange.network import OWN_PLACES, Network, NetworkSnapshot
+from m4e_fmi.cosim.error.estimator import EstimateSnapshot
 from m4e_fmi.cosim.monitoring.instability import StabilitySnapshot
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
+from m4e_fmi.cosim.network.fmu_log import Kinds, Warn
+from m4e_fmi.cosim.network.network import OWN_PLACES, Network, NetworkSnapshot
 from m4e_fmi.cosim.results.writer import FirstRows, Mark
 from m4e_fmi.cosim.run.identity import check_identity
 from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from m4e_fmi.cosim.connections.connect import Port, Wiring
 from m4e_fmi.cosim.run.checkpoint import State
 from m4e_fmi.cosim.run.outcome import Outcome
 from m4e_fmi.cosim.run.run import Run
 from m4e_fmi.cosim.scenario.plan import why_fixed
 from m4e_fmi.cosim.system.start_values import Value, value_of
+from m4e_fmi.cosim.wiring.connect import Port, Wiring
 from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import TYPES

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 
 import m4e_fmi
-from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import InputError
 from m4e_fmi.units import Quantity
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
+from m4e_fmi.cosim.error.report import CouplingErrorReport
+from m4e_fmi.cosim.network.fmu_log import FmuMessage
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.results_file import Results, load
 from m4e_fmi.shown import Displayed, listing

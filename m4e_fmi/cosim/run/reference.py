@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 from m4e_fmi.cosim.run.outcome import Outcome
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
 from m4e_fmi.shown import short

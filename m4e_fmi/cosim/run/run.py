@@ -15,22 +15,21 @@ from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
-from m4e_fmi.cosim.exchange.fmu_log import Journal, Warn
-from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.interruption import (
+from m4e_fmi.cosim.error.estimator import ErrorEstimator, error_estimator, without_rollback
+from m4e_fmi.cosim.error.report import CouplingErrorReport, certificate
+from m4e_fmi.cosim.monitoring.instability import Instability
+from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
+from m4e_fmi.cosim.network.fmu_log import Journal, Warn
+from m4e_fmi.cosim.network.instance import Instance
+from m4e_fmi.cosim.network.interruption import (
     closing_down,
     quiet,
     same_folder,
     setting_up,
     stepping,
 )
-from m4e_fmi.cosim.exchange.loading.binary import PYTHON, Binary, binaries
-from m4e_fmi.cosim.exchange.network import Change, Network
-from m4e_fmi.cosim.monitoring.instability import Instability
-from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
+from m4e_fmi.cosim.network.loading import PYTHON, Binary, binaries
+from m4e_fmi.cosim.network.network import Change, Network
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, Outcome
@@ -48,6 +47,7 @@ from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
 from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.signals import Terminated, not_lost

@@ -13,10 +13,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
+from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
 from m4e_fmi.cosim.results.writer import ResultsWriter
@@ -24,6 +23,7 @@ from m4e_fmi.cosim.run.checkpoint import Checkpoints, checkpoint_of
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, ExportError, Outcome
 from m4e_fmi.cosim.run.run import Run, RunOptions
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene_text import carried

@@ -7,9 +7,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.prepared import Prepared, thinned
-from m4e_fmi.cosim.error_estimate.report import ONE_LENGTH, Trace, compared
-from m4e_fmi.cosim.exchange.fmu_log import Warn
+from m4e_fmi.cosim.error.report import ONE_LENGTH, Trace, compared
+from m4e_fmi.cosim.network.fmu_log import Warn
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.results.system_scene import system_scene
 from m4e_fmi.cosim.run.checkpoint import (
@@ -25,6 +24,7 @@ from m4e_fmi.cosim.run.running import running, without_checkpoints
 from m4e_fmi.cosim.system.component_steps import pace
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import Component, System
+from m4e_fmi.cosim.wiring.prepared import Prepared, thinned
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.results_file import stream_of
 from m4e_fmi.signals import Terminated

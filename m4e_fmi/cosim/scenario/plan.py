@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
-from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.cosim.system.system import Action, System
+from m4e_fmi.cosim.wiring.links import Link, Port, Wiring
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.sections import Location
 from m4e_fmi.fmu.importer.reading import Description, Variable

@@ -18,11 +18,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import PLAIN, Bond, InputScales, Link, Port
-from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.scenario.plan import COMPONENT, NEVER, PlannedAction, Planner, Setting
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value
+from m4e_fmi.cosim.wiring.links import PLAIN, Bond, InputScales, Link, Port
+from m4e_fmi.cosim.wiring.prepared import Prepared
 
 
 class _Network(Protocol):

@@ -16,8 +16,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.links import SAME_UNIT, Wiring
 from m4e_fmi.cosim.ssp.elements import Node, Path, Signal, SignalPath, follow, read_edges, read_tree
 from m4e_fmi.cosim.ssp.package import (
     OSP_SPACE,
@@ -36,6 +34,8 @@ from m4e_fmi.cosim.system.component import Component, FmuFile
 from m4e_fmi.cosim.system.connection_text import ConnectionText
 from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
 from m4e_fmi.cosim.system.system import Action, System
+from m4e_fmi.cosim.wiring.connect import connect
+from m4e_fmi.cosim.wiring.links import SAME_UNIT, Wiring
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.fmu.importer.reading import Description, read_description

@@ -19,8 +19,6 @@ from typing import Any
 
 from lxml import etree
 
-from m4e_fmi.cosim.connections.links import SAME_UNIT, Link, Port, conversion
-from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.ssp.package import (
     FMU_TYPES,
     OSP,
@@ -38,6 +36,8 @@ from m4e_fmi.cosim.ssp.package import (
 )
 from m4e_fmi.cosim.system.connection_text import ConnectionText, parse_connection
 from m4e_fmi.cosim.system.start_values import start_values
+from m4e_fmi.cosim.wiring.links import SAME_UNIT, Link, Port, conversion
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Variable

@@ -19,9 +19,9 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.schedule import Schedule, StepLoop
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Operation
+from m4e_fmi.cosim.network.schedule import Schedule, StepLoop
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_descriptor
 from m4e_fmi.errors import RunError
 

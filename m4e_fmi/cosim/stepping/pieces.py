@@ -30,8 +30,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import (
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import (
     Combine,
     DoStep,
     Get,

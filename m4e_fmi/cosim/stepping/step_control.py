@@ -32,7 +32,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.errors import RunError
 
 SMALLEST = 1e-6

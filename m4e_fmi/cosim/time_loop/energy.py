@@ -41,9 +41,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Bond
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Operation, gather
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Operation, gather
+from m4e_fmi.cosim.wiring.links import Bond
 
 BLOCK = 1024
 """Steps that are noted before they are evaluated."""

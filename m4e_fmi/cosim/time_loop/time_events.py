@@ -17,7 +17,7 @@ import sys
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.units import parse_unit

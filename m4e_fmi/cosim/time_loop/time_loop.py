@@ -10,11 +10,10 @@ from typing import Protocol, cast
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.exchange.failures import DiscardedError, EndWithinError, EventWithinError
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.schedule import LoopState, Schedule, StepLoop
+from m4e_fmi.cosim.network.failures import DiscardedError, EndWithinError, EventWithinError
+from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.operations import Operation
+from m4e_fmi.cosim.network.schedule import LoopState, Schedule, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.stepping.algorithm import (
     Algorithm,
@@ -28,6 +27,7 @@ from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanoseconds
+from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.errors import RunError
 
 MOST_DISCARDED = 128

@@ -39,7 +39,9 @@ def _facts(result: StudyResult) -> dict[str, str]:
         f"{failed or 'none'} failed",
         "Varied": "; ".join(map(_varied, result.dimensions)),
         "Wanted": wanted,
-        "Statistics leave out": _left_out(result) if wanted else "",
+        "Statistics leave out": (
+            left_out(result.numbers["start_up"], result.attribute("start_up")) if wanted else ""
+        ),
         "Statistics of rows": result.attribute("rows") if wanted else "",
         "Largest coupling error": _coupling(result),
         "Time of the runs": _times(result.numbers["wall_time"]),
@@ -55,10 +57,6 @@ def _varied(one: Dimension) -> str:
     span = labels[0] if one.count == 1 else f"{labels[0]} to {labels[-1]}"
     many = f", {one.count:,} {'seeds' if one.repeats else 'values'}" if one.count > 1 else ""
     return f"{one.name}: {f'{span} {unit}'.strip()}{many}"
-
-
-def _left_out(result: StudyResult) -> str:
-    return left_out(result.numbers["start_up"], result.attribute("start_up"))
 
 
 def _coupling(result: StudyResult) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from m4e_fmi.cosim.connections.prepared import chosen
 from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.start_values import single_problems
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.prepared import chosen
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description

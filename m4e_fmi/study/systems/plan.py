@@ -13,7 +13,6 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from m4e_fmi.code_hash import code_hash, imports_hash
-from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.preparation.components import (
     WARNING,
     Draft,
@@ -28,6 +27,7 @@ from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.document import Location
 from m4e_fmi.files.file_names import file_stem

@@ -18,11 +18,11 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 from m4e_fmi.cosim.system.component import Start
+from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import M4eError, RunError
 from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.results.results_file import load

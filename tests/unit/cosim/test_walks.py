@@ -15,10 +15,10 @@ import pytest
 
 import m4e_fmi
 from m4e_fmi.cosim import Prepared, load_system, prepare
-from m4e_fmi.cosim.connections.links import Link, Port
-from m4e_fmi.cosim.exchange.operations import DoStep, Get, Set
-from m4e_fmi.cosim.exchange.schedule import LoopState, NativeExecutor
+from m4e_fmi.cosim.network.operations import DoStep, Get, Set
+from m4e_fmi.cosim.network.schedule import LoopState, NativeExecutor
 from m4e_fmi.cosim.run.run import Run, RunOptions
+from m4e_fmi.cosim.wiring.links import Link, Port
 from m4e_fmi.files.document import Section
 
 PACKAGE = Path(m4e_fmi.__file__).parent
@@ -161,7 +161,7 @@ def test_a_force_passes_the_files_that_the_docs_name(folder: Path, algorithm: st
     names = [name.replace("corrector", algorithm) for name in documented(FORCE_TITLE)]
     assert len(names) <= 9
     if algorithm == "implicit":
-        names = [name.replace("stepping/algorithm", "exchange/newton") for name in names]
+        names = [name.replace("stepping/algorithm", "network/newton") for name in names]
     if algorithm in ("jacobi", "gauss_seidel"):
         names = [name for name in names if "pieces" not in name]
     assert found == set(names)
@@ -179,7 +179,7 @@ def test_a_step_size_passes_the_files_that_the_docs_name(folder: Path) -> None:
                 ways.add_edge(file(caller), file(frame))
 
     stepped(folder, "corrector", seen, lambda _: None)
-    first, last = "m4e_fmi/cosim/system_file.py", "m4e_fmi/cosim/exchange/schedule.py"
+    first, last = "m4e_fmi/cosim/system_file.py", "m4e_fmi/cosim/network/schedule.py"
     names = documented(STEP_TITLE)
     assert list(nx.all_shortest_paths(ways, first, last)) == [names]
     assert len(names) <= 4

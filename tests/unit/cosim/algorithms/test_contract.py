@@ -25,7 +25,7 @@ from m4e_fmi.cosim import (
     load,
     run,
 )
-from m4e_fmi.cosim.exchange.newton import TOLERANCE
+from m4e_fmi.cosim.network.newton import TOLERANCE
 from m4e_fmi.coupling_algorithms import algorithm_descriptor, algorithm_names
 from m4e_fmi.errors import RunError
 

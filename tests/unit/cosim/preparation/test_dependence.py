@@ -30,7 +30,7 @@ from m4e_fmi.cosim import (
     run,
     save_system,
 )
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 from m4e_fmi.errors import RunError
 
 RING = ("a.y -> b.u", "b.y -> a.u")

@@ -9,7 +9,7 @@ import pytest
 from support.small_systems import Fmus, observed, system, watched
 
 from m4e_fmi.cosim import Simulation, System, prepare, run
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingErrorReport
 from m4e_fmi.cosim.preparation.state_trials import _different
 from m4e_fmi.cosim.system.start_values import Value
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cosim import load_system, prepare
-from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.preparation.doubtful_values import double_buoyancy
+from m4e_fmi.cosim.wiring.connect import connect
 
 MODEL = """\
 name: buoy

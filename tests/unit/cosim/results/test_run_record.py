@@ -10,8 +10,8 @@ from typing import Any, cast
 
 import m4e_fmi
 from m4e_fmi.cosim import Bond, Link, Port, Prepared, prepare
-from m4e_fmi.cosim.connections.links import BondAxis
 from m4e_fmi.cosim.results.run_record import _flow, record_of_system
+from m4e_fmi.cosim.wiring.links import BondAxis
 from m4e_fmi.report.run_report.record import Product
 from m4e_fmi.units import parse_unit
 

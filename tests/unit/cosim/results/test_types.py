@@ -92,7 +92,7 @@ def test_csv(system: System, tmp_path: Path) -> None:
 def test_arrays_that_are_connected_are_recorded(
     system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.connections.prepared.LARGEST_ARRAY", 1)
+    monkeypatch.setattr("m4e_fmi.cosim.wiring.prepared.LARGEST_ARRAY", 1)
     back = System("s", system.components[::-1], ("b.y_list[3] -> a.u_int",), system.simulation)
     names = run(back, results=tmp_path / "r.nc").results().series
     assert {"b.y_list[1]", "b.y_list[2]", "b.y_list[3]"} <= names.keys()

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.stepping.step_control import OF_NOMINAL, StepControl
 
 LARGEST, ORDER, TOLERANCE, NOMINAL = 1_000_000_000, 2, 1e-3, 5.0

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Bond, BondEnergy, Link, Network, Port
-from m4e_fmi.cosim.connections.links import BondAxis
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
+from m4e_fmi.cosim.wiring.links import BondAxis
 
 A, OMEGA, STIFFNESS, DAMPING = 0.7, 1.3, 2e5, 3e4
 PERIOD = 2 * np.pi / OMEGA

@@ -17,10 +17,10 @@ from support.small_study import SYSTEM, Here, written_study
 import m4e_fmi
 from m4e_fmi.code_hash import package_hash
 from m4e_fmi.cosim import load_system, prepare
-from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
+from m4e_fmi.cosim.error.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.preparation.components import Draft, drafted
 from m4e_fmi.cosim.system.component import Component
+from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.program import Program
 from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.given.study import Wanted
