@@ -104,7 +104,8 @@ class Campaign:
         }
 
     def _whole(self, setting: Setting) -> Results:
-        place = self.place(setting, self.folder / str(setting), disturbed=False)
+        folder = self.folder / str(setting).replace(" ", "")  # gcc leaves files where it has blanks
+        place = self.place(setting, folder, disturbed=False)
         done = place.run()
         assert done.code == 0, done.err
         left = place.left_behind(done)
@@ -112,7 +113,7 @@ class Campaign:
         return place.results()
 
     def place(self, setting: Setting, folder: Path, *, disturbed: bool = True) -> Place:
-        """A folder with the system of a setting; checkpoints are taken if it is to be disturbed."""
+        """A folder with the system of a setting; checkpoints are asked for if it is disturbed."""
         place = Place(folder)
         fmus = self.fmus(setting.version, setting.options)
         more = {"coupling_tolerance": 1e-3} if setting.adaptive else {}
