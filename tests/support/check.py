@@ -99,11 +99,9 @@ def _mirror(file: Path) -> Path:
 class _Limit:
     """A plugin that starts no test after the limit, and counts those that have not run."""
 
-    def __init__(self) -> None:
-        self.end = time.monotonic() + SECONDS
-
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         self.session, self.left = session, len(session.items)
+        self.end = time.monotonic() + SECONDS
 
     def pytest_runtest_logfinish(self) -> None:
         self.left -= 1

@@ -18,4 +18,4 @@ def example() -> Iterator[None]:
     FOLDERS.append(folder)
     yield
     FOLDERS.remove(folder)
-    sys.modules.pop(f"{PACKAGE}.extrapolated_jacobi", None)
+    sys.modules.pop(f"{PACKAGE}.last_first", None)

@@ -30,7 +30,7 @@ from m4e_fmi.coupling_algorithms import algorithm_descriptor, algorithm_names
 from m4e_fmi.errors import RunError
 
 pytestmark = [
-    pytest.mark.parametrize("algorithm", [*algorithm_names(), "extrapolated_jacobi"]),
+    pytest.mark.parametrize("algorithm", [*algorithm_names(), "last_first"]),
     pytest.mark.usefixtures("example"),
 ]
 ROUNDING = 1e-12

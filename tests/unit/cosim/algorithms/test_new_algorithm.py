@@ -16,7 +16,7 @@ from m4e_fmi.coupling_algorithms import (
 )
 
 ROOT = Path(__file__).parents[4]
-EXAMPLE = "extrapolated_jacobi"
+EXAMPLE = "last_first"
 
 
 def arguments(c_fmu: Callable[[str], Path], folder: Path) -> list[str]:
