@@ -12,10 +12,11 @@ from m4e_fmi.cosim.network.network import TWICE
 
 EQUAL = 8
 """Parts of a course of equal times, which show how its errors grow and fall."""
-DOUBLE = 1.8
-"""Growth from one half to the other from which on errors are taken to go on growing."""
-LEAST, MOST = 0.05, 1.5
-"""Bounds of the exponent: that of an unstable run is above 1."""
+DOUBLE, FASTER = 1.8, 3.0
+"""Growth from one half to the other from which on errors are taken to go on growing, and to grow
+faster than with the time."""
+LEAST, MOST = 0.05, 1.0
+"""Bounds of the exponent: where errors grow faster than with the time, a course goes on."""
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,10 @@ class Course:
         return found * (self.span / max(1, self.other) * whole / (2.0**order - 1))
 
 
-def grows(shares: np.ndarray) -> bool:
-    """True if the largest error over range, of `shares` (m, n) [1], doubles in the second half."""
+def grows(shares: np.ndarray, factor: float = DOUBLE) -> bool:
+    """True if the largest error over range, of `shares` (m, n) [1], grows in the second half."""
     first = shares[: (len(shares) + 1) // 2].max(initial=0.0)
-    return bool(shares.max(initial=0.0) > DOUBLE * first)
+    return bool(shares.max(initial=0.0) > factor * first)
 
 
 def throughout(

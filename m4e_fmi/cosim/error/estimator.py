@@ -48,7 +48,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.cosim.error.course import Course, grows, throughout
+from m4e_fmi.cosim.error.course import DOUBLE, FASTER, Course, grows, throughout
 from m4e_fmi.cosim.error.report import ONE_LENGTH, Coverage, Spans, monitored_places, over
 from m4e_fmi.cosim.error.roughness import Roughness
 from m4e_fmi.cosim.error.state import EstimateSnapshot, EstimateState, Stretch
@@ -105,7 +105,7 @@ UNUSABLE, UNLIKE = 0.1, 3.0
 step if it is these steps that grow, and not the run."""
 FAR = 2**62
 """More steps than a run has."""
-WILD = "steps of twice the length grow without bound"
+WILD = "steps of twice the length come too far from the run"
 SPENT = f"no more than {MOST} of the steps are made again"
 
 
@@ -347,13 +347,14 @@ class ErrorEstimator:
         """A course along a stretch, as `_follow`: in steps of half the length if longer ones fail.
 
         Where errors are large, it may be longer steps alone that grow without bound: they go on if
-        half the step says the same, or would not come to where they are.
+        half the step says the same, or would not come to where they are. It begins with the
+        stretch: of a course that is older, errors within the range are not doubted.
         """
         state = self._state
         course, point = state.course or self._new(stretch, state.lengths[0]), state.point
         point = point if state.course else stretch.start
         may = course.length == TWICE and HALF in state.lengths and not self._beside
-        limit = UNUSABLE if may else np.inf
+        limit = (GROWN if state.course else UNUSABLE) if may else np.inf
         found, why = self._follow(course, point, stretch, run, values, limit)
         if not why or not may:
             return found, why
@@ -439,7 +440,7 @@ class ErrorEstimator:
         self._state.lengths = tuple(one for one in self._state.lengths if one != length)
 
     def _is_complete(self, course: Course) -> bool:
-        """True if a course need not go on: its window is over, and no kinks may change the rest."""
+        """True if a course need not go on: its window is over, and nothing may change the rest."""
         if self._trajectories[course.length].is_over:
             return True
         state, known, spans = self._state, self._known(), self.spans()
@@ -449,7 +450,8 @@ class ErrorEstimator:
         leads = 2 * shares.max(initial=0.0) > over(known, spans).max(initial=0.0)
         is_kinked = (state.kinks > SMALL * known).any()
         are_few = state.met < MANY and (state.kinks > MATTERS * known).any()
-        return not (are_few or (is_kinked and leads and grows(shares)))
+        factor = FASTER if course.speaks and not is_kinked else DOUBLE
+        return not (are_few or (leads and grows(shares, factor)))
 
     def _measure(
         self, course: Course, stretch: Stretch, run: np.ndarray, values: np.ndarray

@@ -1,7 +1,7 @@
 """Report of the coupling error: the estimated error of each connection.
 
 A run repeats some of its steps, in half as many that are twice as long, or where these are not
-possible in twice as many that are half as long; all are watched for kinks (`step_doubling`).
+possible in twice as many that are half as long; all are watched for kinks (`estimator`).
 With `--check` all of it is repeated at half the step; two runs of order p, y at the step H and z
 at H/2, differ by most of the error of the first:
 
@@ -82,9 +82,9 @@ class CouplingError:
     """The largest error over the range of one connection, and the output that has it.
 
     `halved` is what half the step would give. Both are shares [1] of `span`, the range in `unit`.
-    The output is `switched` if it has a LARGE error, but changes by more within one step, and is
-    one of `switching` components: it is off where it switches a step earlier or later, which says
-    nothing of the other outputs.
+    An output is `switched` if its error is LARGE, and it is of a component that is one of the
+    `switching`, and changes by more than its error within one step. It then switches a step earlier
+    or later than it should, which says nothing of other outputs.
     """
 
     connection: str
@@ -112,12 +112,14 @@ class CouplingErrorReport:
 
     `longer` are the components, none of them sampled, with steps longer than the system's, and why
     the errors do not include those of their steps; empty where they do. Where one is not, errors up
-    to NOISE are left out, as they are no knowledge: `errors` may then be empty.
+    to NOISE are left out, as they are no knowledge: `errors` may then be empty. The steps of an
+    `adaptive` run follow the coupling_tolerance.
     """
 
     errors: tuple[CouplingError, ...]
     coverage: Coverage | None = None
     longer: Mapping[str, str] = field(default_factory=dict)
+    adaptive: bool = False
 
     @property
     def worst(self) -> CouplingError | None:
@@ -148,9 +150,11 @@ class CouplingErrorReport:
         told = f"the coupling error is {worst}: the results are unusable"
         if not advice:
             return told
+        smaller = "coupling_tolerance" if self.adaptive else f"step_size{self._halved}"
         if not worst.falls:
-            return f"{told}; take another algorithm, or FMUs that announce their events"
-        return f"{told}; take a smaller step_size{self._halved}, or another algorithm"
+            events = "another algorithm, or FMUs that announce their events"
+            return f"{told}; take a much smaller {smaller}, {events}"
+        return f"{told}; take a smaller {smaller}, or another algorithm"
 
     def __str__(self) -> str:
         worst = self.worst
@@ -159,7 +163,9 @@ class CouplingErrorReport:
         if worst is None:
             return "no coupling, no coupling error"
         remedy = f"halve the step{self._halved} for {worst.halved:.1e}"
-        if not worst.falls:
+        if self.adaptive:
+            remedy = "a smaller coupling_tolerance lowers it"
+        elif not worst.falls:
             remedy = f"halving the step does not help much: {worst.halved:.1e}"
         where = f"{worst} ({worst.connection}){self.uncovered}"
         return f"largest coupling error {where}; {remedy}{self._switched}"
@@ -214,8 +220,8 @@ class Spans:
 
     Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
     present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. At least
-    NOISE of the largest present or nominal value of the unit, which ranges of bodies at rest are
-    not; moments of a component at least LEAST_ARM times the largest range or present value of its
+    NOISE of the largest present or nominal value of the unit: below it is the noise of bodies at
+    rest; moments of a component at least LEAST_ARM times the largest range or present value of its
     forces.
     """
 
@@ -279,12 +285,13 @@ def certificate(
     leaps: np.ndarray | None = None,
     coverage: Coverage | None = None,
     longer: Mapping[str, str] | None = None,
+    adaptive: bool = False,
 ) -> CouplingErrorReport:
     """The certificate of a run from errors of the monitored outputs.
 
     `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
     `leaps` (n,), in their units, too, are the largest changes within one step of a run in which
-    outputs may be switched at points of their own. `longer` is that of the report.
+    outputs may be switched at points of their own. `longer` and `adaptive` are those of the report.
     """
     beside = frozenset[str]() if leaps is None else switching(network)
     largest: dict[int, CouplingError] = {}
@@ -304,7 +311,7 @@ def certificate(
     ordered = sorted(largest.values(), key=lambda found: -found.error)
     if longer and any(longer.values()):
         ordered = [found for found in ordered if found.error > NOISE]
-    return CouplingErrorReport(tuple(ordered), coverage, longer or {})
+    return CouplingErrorReport(tuple(ordered), coverage, longer or {}, adaptive)
 
 
 def compared(
@@ -313,8 +320,12 @@ def compared(
     connections: Sequence[str],
     order: float,
     longer: Mapping[str, str],
+    adaptive: bool,
 ) -> CouplingErrorReport:
-    """The certificate of a run by another at half the step; `longer` is that of the report."""
+    """The certificate of a run by another at half the step.
+
+    `longer` and `adaptive` are those of the report.
+    """
     network = run.network
     assert network is not None
     common = [time for time in run.points if time in finer.points]
@@ -332,4 +343,5 @@ def compared(
         ranges=ranges,
         leaps=leaps,
         longer=longer,
+        adaptive=adaptive,
     )

@@ -55,8 +55,9 @@ class Reference:
         worst = self.errors[0]
         some = f" at {self.compared} of {self.rows} rows" if self.compared < self.rows else ""
         return (
-            f"against the solution as one program{some}: largest error {worst.actual:.1e} of "
-            f"range, at {worst.source} ({worst.connection}), stated {worst.stated:.1e}"
+            f"against the solution as one program{some}: largest error of the stated outputs "
+            f"{worst.actual:.1e} of range, at {worst.source} ({worst.connection}), "
+            f"stated {worst.stated:.1e}"
         )
 
 

@@ -256,6 +256,7 @@ class Run:
                 leaps=estimator.leaps() if switched or network.sampled else None,
                 coverage=estimator.coverage(),
                 longer=estimator.longer,
+                adaptive=self._control is not None,
             )
 
     def _stated(self) -> float | None:

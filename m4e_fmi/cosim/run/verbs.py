@@ -220,6 +220,7 @@ def _checked(system: Prepared, options: RunOptions) -> Outcome:
         system.system.connections,
         1 if halved else outcome.order,
         longer,
+        system.system.simulation.coupling_tolerance is not None,
     )
     return replace(outcome, checked=found)
 
