@@ -46,6 +46,7 @@ typedef struct {
 
 M4E_API int m4e_do_step_3(void *component, double t, double h, int no_return);
 M4E_API int m4e_begin_step_3(void *component, double t, double h, int no_return);
+M4E_API int m4e_settle_3(m4e_component_3 *component); /* event iteration, and to step mode */
 M4E_API int m4e_save_3(void *component, void **state); /* *state is an m4e_state_3 already */
 M4E_API int m4e_restore_3(void *component, void *state);
 
