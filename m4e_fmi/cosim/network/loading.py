@@ -131,7 +131,7 @@ class Hosted(Binary):
                 origin,
                 host,
                 files.working_folder(),
-                clear=str(files.folder.parent),
+                clear=str(files.folder),
                 library=str(files.library_path),
                 needed=_needed(description),
                 functions=[_prefix(description) + name for name in function_names()],
