@@ -334,8 +334,3 @@ int m4e_set_3(void *access, const uint32_t *references, size_t count, const doub
     (void)references, (void)count;
     return m4e_set_typed(access, (const int64_t *)(const void *)values);
 }
-
-int m4e_copy_cells(const m4e_copied *c, int64_t *cells) {
-    for (uint64_t i = 0; i < c->count; ++i) cells[i] = c->source[c->places[i]];
-    return 0;
-}

@@ -103,12 +103,4 @@ M4E_API int m4e_set_typed(m4e_access *access, const int64_t *cells);
 M4E_API int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values);
 M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values);
 
-typedef struct {
-    const int64_t *source;
-    const uint32_t *places;
-    uint64_t count;
-} m4e_copied;
-
-M4E_API int m4e_copy_cells(const m4e_copied *copied, int64_t *cells); /* cells[i] = source[places[i]] */
-
 #endif

@@ -263,12 +263,6 @@ class _RawAccess(ctypes.Structure):
     ]
 
 
-class RawCopied(ctypes.Structure):
-    """`m4e_copied`."""
-
-    _fields_ = [("source", c_void_p), ("places", c_void_p), ("count", c_uint64)]
-
-
 class _RawTexts(ctypes.Structure):
     """`m4e_texts`."""
 
