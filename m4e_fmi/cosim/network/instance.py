@@ -281,11 +281,6 @@ class Instance:
         """The present value of a variable in its own type; an item of an enumeration by number."""
         return self._fmu.value(name)
 
-    @not_lost()
-    def read(self, name: str) -> float:
-        """The present value of the Real variable `name`."""
-        return float(self._fmu.value(name))
-
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
         self._broken = True

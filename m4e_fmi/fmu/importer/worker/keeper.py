@@ -1,4 +1,4 @@
-"""The program that keeps the workers of one master: starts them, tells how they end, clears up.
+"""Program beside a master that starts its workers, reports how they end, and clears up behind them.
 
 It runs no code of any FMU itself. Requests to start a worker come as lines of JSON on the standard
 input (what `_serve` needs). What happens goes to the standard output in the same way: the number of
@@ -6,7 +6,8 @@ a process that has ``started``, or why it was ``refused``, what a worker has ``s
 standard output or error), and how it ``ended``. When its input ends, as it does when the master is
 gone, however that was, it kills all workers with their children and removes their folders. Signals
 that ask for an end are for the master: a batch system sends them to all processes. Standard library
-only, and run by its path: it starts in 40 ms.
+only, and run by its path: it starts in 40 ms. FMUs in the master's process are loaded by the same
+`load_library`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""FMUs in processes of their own, as the master has them: started, watched, ended.
+"""FMUs in processes of their own: started, watched, ended, and how one crashed, hung or exited.
 
-`Host` says under which conditions. The functions by which they are called are the runtime's:
+A `Worker` is such a process of the master's; its `ending` is worded here for the error of a run.
+`Host` has the limits. The functions by which they are called are the runtime's:
 m4e_remote_fmi2DoStep, in remote.h, stands for fmi2DoStep of an FMU.
 """
 
