@@ -3,15 +3,14 @@
 `claimed` is for files that a process writes for as long as it runs: nobody else may write them
 meanwhile. It also removes the hidden files that dead processes have left beside them.
 
-Temporary folders are removed by the next process if this one is killed. They are in one folder per
-process, named by a token. The process holds a lock file with the same token while it lives; its
-number would not do, as another process may have it by now.
+Temporary folders are removed by the next process if this one is killed. Each is named by a token.
+The process holds a lock file with the same token while it lives; its number would not do, as
+another process may have it by now.
 """
 
 from __future__ import annotations
 
 import errno
-import itertools
 import os
 import platform
 import re
@@ -22,9 +21,9 @@ import threading
 import time
 import uuid
 import weakref
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
@@ -45,7 +44,6 @@ _held: dict[Path, int] = {}
 """Lock files of this process, and the threads that hold them."""
 PREFIX = "m4e_fmi_"
 _OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})(\.lock)?$")
-_changing = threading.RLock()  # the garbage collector may remove one meanwhile
 
 
 class Lock:
@@ -172,42 +170,28 @@ def _sweep(folder: Path) -> None:
                 lock.release()
 
 
-@dataclass
-class _Place:
-    """The folder of this process in another, with `count` temporary ones in it."""
-
-    folder: Path
-    lock: Lock
-    count: int = 0
-    numbers: Iterator[int] = field(default_factory=itertools.count)
-
-
-_places: dict[tuple[Path, int], _Place] = {}
-"""By folder and process: a forked one has none."""
-
-
 class TemporaryFolder:
     """A new empty folder at `path`, in `parent` (the system's for temporary files if None).
 
     It is removed with its contents: by `remove`, at the end of a ``with`` block or of the
-    interpreter, or when another process makes one in `parent` after this one was killed. OSError if
-    it cannot be made.
+    interpreter, or when another process makes its first in `parent` after this one was killed.
+    OSError if it cannot be made.
     """
 
     def __init__(self, parent: Path | None = None) -> None:
         parent = (parent or Path(tempfile.gettempdir())).absolute()
-        with held(), _changing:
-            place = _place(parent)
-            place.count += 1
+        self.path = parent / f"{PREFIX}{uuid.uuid4().hex}"
+        with held():
+            _remove_dead(parent)
+            lock = Lock.take(self.path.with_suffix(".lock"), patience=PATIENCE)
+            if lock is None:
+                raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
+            self._finalizer = weakref.finalize(self, _remove, self.path, lock, os.getpid())
             try:
-                self.path = place.folder / str(next(place.numbers))
-                place.folder.mkdir(mode=0o700, exist_ok=True)  # others may have tidied up
                 self.path.mkdir(mode=0o700)
             except OSError:
-                place.count -= 1
-                _leave(parent)
+                self.remove()
                 raise
-            self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
 
     def remove(self) -> None:
         """Remove the folder, as far as its files can be removed."""
@@ -220,44 +204,19 @@ class TemporaryFolder:
         self.remove()
 
 
-def _place(parent: Path) -> _Place:
-    """The place of this process in `parent`; a new one removes those of dead processes first."""
-    key = parent, os.getpid()
-    if key not in _places:
-        _remove_dead(parent)
-        folder = parent / f"{PREFIX}{uuid.uuid4().hex}"
-        lock = Lock.take(folder.with_suffix(".lock"), patience=PATIENCE)
-        if lock is None:
-            raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
-        _places[key] = _Place(folder, lock)
-    return _places[key]
+def _remove(folder: Path, lock: Lock, process: int) -> None:
+    if process == os.getpid():  # else it is that of the process that this one was forked from
+        with held():
+            shutil.rmtree(folder, ignore_errors=True)
+            lock.release()
 
 
-def _leave(parent: Path) -> None:
-    """Give the place up if there is no folder in it."""
-    key = parent, os.getpid()
-    if _places[key].count == 0:
-        place = _places.pop(key)
-        shutil.rmtree(place.folder, ignore_errors=True)
-        place.lock.release()
-
-
-def _remove(folder: Path, process: int) -> None:
-    if process != os.getpid():  # forked: it is the other's
-        return
-    with held():
-        shutil.rmtree(folder, ignore_errors=True)
-        with _changing:
-            parent = folder.parent.parent
-            _places[parent, process].count -= 1
-            _leave(parent)
-
-
+@cache
 def _remove_dead(parent: Path) -> None:
-    own = {place.folder for place in _places.values()}
+    """Remove the folders of dead processes, once."""
     with suppress(OSError):
         found = [path for path in parent.glob(f"{PREFIX}*") if _OWNED.match(path.name)]
-        for folder in {path.with_suffix("") for path in found} - own:
+        for folder in {path.with_suffix("") for path in found}:
             lock = Lock.take(folder.with_suffix(".lock"), sure=True)
             if lock:
                 shutil.rmtree(folder, ignore_errors=True)

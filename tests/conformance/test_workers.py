@@ -267,6 +267,25 @@ def test_an_fmu_that_writes_into_the_shared_memory_is_still_watched(
     timer.join()
 
 
+def test_the_limit_of_the_end_is_that_of_terminating_and_freeing_the_fmu(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Freeing a saved state is a call of the run."""
+    ended: list[str] = []
+    monkeypatch.setattr(process.Worker, "end", lambda worker, _: ended.append(worker.call))
+    worker = object.__new__(process.Worker)
+    worker.name, worker.host, worker._seen = "slow", Host(call=9.0, end=1.0), -1
+    names = process.function_names()
+    for number in range(len(names) + 2):
+        worker._channel = process.Channel(busy=1, present=number, calls=number)
+        worker.look(0.0)
+        worker.look(2.0)
+    kinds = ("TerminateSlave", "FreeSlaveInstance"), ("Terminate", "FreeInstance")
+    versions = zip(("fmi", "fmi2", "fmi3"), (*kinds, kinds[1]), strict=True)
+    last = {f"{prefix}{name}" for prefix, of_kind in versions for name in of_kind}
+    assert set(ended) == last | {"unloading its library"}
+
+
 def _stopped_below(master: int) -> list[str]:
     """Numbers of the keeper and the workers of a master in which a worker is stopped, if one is."""
     text = subprocess.run(

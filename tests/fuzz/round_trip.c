@@ -166,7 +166,7 @@ int main(void) {
     EXPECT(!m4e_remote_fmi3SerializeFMUState(r, state, large, size) && large[LARGE - 1] == 7);
     EXPECT(!m4e_remote_fmi3GetDirectionalDerivative(r, all + 3, 2, all + 5, 1, &late, 1, found, 2));
     EXPECT(found[0] == -2.0 && found[1] == -1.0);
-    EXPECT(m4e_remote_fmi3Reset(r) == 3); /* it has no such function */
+    EXPECT(m4e_remote_fmi3Terminate(r) == 3); /* it has no such function */
 
     for (int k = 0; k < 12; ++k) { /* from t = 10 s on there are events: nothing is read ahead */
         bool event = false, end = false, early = false;

@@ -1,8 +1,7 @@
 """One instance of a co-simulation FMU, called directly in its shared library.
 
-FMPy loads the library; the calls of the time loop go to its functions with addresses prepared once,
-which costs a third of FMPy's own methods. Functions have the names of FMI 2.0, whatever the version
-of the FMU is.
+The calls of the time loop go to the library's functions with addresses prepared once. Functions
+have the names of FMI 2.0, whatever the version of the FMU is.
 """
 
 from __future__ import annotations
@@ -50,7 +49,6 @@ from m4e_fmi.fmu.importer.calls import (
 from m4e_fmi.fmu.importer.calls.access import RawComponent
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
-from m4e_fmi.fmu.importer.type_rules import REAL
 from m4e_fmi.fmu.importer.worker import LATE, LOST
 from m4e_fmi.signals import not_lost
 
@@ -89,7 +87,7 @@ class Instance:
         self._states: dict[int, ctypes.c_void_p] = {}
         self._binary = binary
         kind = STANDARDS[description.version]
-        self._fmu = kind(binary.functions, description.variables, self.fail)
+        self._fmu = kind(binary.loaded, description.variables, self.fail)
         self._why = Explanation(description, self._fmu, self._messages, self._told_name)
         try:
             self._open()
@@ -281,14 +279,7 @@ class Instance:
     @not_lost()
     def value(self, name: str) -> Value:
         """The present value of a variable in its own type; an item of an enumeration by number."""
-        if self.description.variables[name].type == REAL:
-            return self.read(name)
-        return self._fmu.value(name, self.fail_typed)
-
-    @not_lost()
-    def read(self, name: str) -> float:
-        """The present value of the Real variable `name`."""
-        return self._fmu.real(name)
+        return self._fmu.value(name)
 
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
@@ -349,7 +340,7 @@ class Instance:
         if status < 0 and status != DOES_NOT_FIT:
             raise MemoryError
         if status != DOES_NOT_FIT:
-            self.fail(status, access.function)
+            self.fail(status, access.function(sets=bool(access.taken)))
         raise value_out_of_range(self.description, self.name, self._when, access, cells)
 
     @not_lost()

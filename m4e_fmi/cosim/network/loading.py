@@ -13,28 +13,22 @@ compete for the processor's cache.
 
 from __future__ import annotations
 
-import ctypes
-import inspect
 import os
 import shutil
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
-from copy import copy
-from functools import cache
 from pathlib import Path
 
 import fmpy
-from fmpy import fmi1, fmi2, fmi3
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
+from m4e_fmi.fmu.importer.calls import STANDARDS, Loaded
 from m4e_fmi.fmu.importer.opening import Unpacked, remedy_for
 from m4e_fmi.fmu.importer.reading import Description
-from m4e_fmi.fmu.importer.worker import Host, Worker, proxies
+from m4e_fmi.fmu.importer.worker import Host, Worker, function_names
+from m4e_fmi.fmu.importer.worker.keeper import load_library
 from m4e_fmi.threads import PROCESS
 
-CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
-"""FMPy's, by version of FMI."""
 PYTHON = "resources/slavemodule.txt"
 """A file that every FMU of PythonFMU has, and no other."""
 
@@ -86,9 +80,8 @@ class Files:
 
 
 class Binary:
-    """A library of an FMU, loaded by FMPy; `close` it.
+    """A library of an FMU; `close` it.
 
-    `functions` is FMPy's object for one instance, which is not instantiated: copies of it are.
     `in_use` counts the instances; the library stays loaded if one of them cannot be freed. `worker`
     is the process in which it is loaded, None if that is this one.
     RunError, about `origin`, if it cannot be loaded.
@@ -96,28 +89,24 @@ class Binary:
 
     worker: Worker | None = None
 
-    def __init__(
-        self, description: Description, files: Files, *, origin: str, like: Binary | None = None
-    ) -> None:
-        """`like` is one of the same FMU, whose functions have the same signatures."""
+    def __init__(self, description: Description, files: Files, *, origin: str) -> None:
         self.in_use = 0
         self.files = files
-        library = files.library()
+        path = str(files.library())
         with PROCESS:
             here = Path.cwd()
             try:
-                self._functions = (
-                    _again(like, library) if like else _loaded(description, files, library)
-                )
+                library = load_library(path, _needed(description))
             except Exception as error:
                 raise _not_loaded(description, files, origin, str(error)) from error
             finally:
-                os.chdir(here)  # loading leaves the process elsewhere when it fails
+                os.chdir(here)
+        self._loaded = Loaded(library, _prefix(description), description.guid, files.folder)
 
     @property
-    def functions(self) -> FmpyInstance:
-        """FMPy's object."""
-        return self._functions
+    def loaded(self) -> Loaded:
+        """The library, which may be called."""
+        return self._loaded
 
     def __enter__(self) -> Binary:
         return self
@@ -128,41 +117,35 @@ class Binary:
     def close(self) -> None:
         """Unload the library."""
         if self.in_use == 0:
-            self.functions.freeLibrary()
+            fmpy.freeLibrary(self.loaded.library._handle)
 
 
 class Hosted(Binary):
-    """The library of one instance of an FMU, loaded in a worker; `functions` waits for that."""
+    """The library of one instance of an FMU, loaded in a worker; `loaded` waits for that."""
 
     def __init__(self, description: Description, files: Files, *, origin: str, host: Host) -> None:
         self.in_use = 0
         self.files, self._description, self._origin = files, description, origin
-        kind = CLASSES[description.version]
-        _keep_signatures(kind)
-        self._functions = proxies(
-            kind,
-            identifier=description.identifier,
-            guid=description.guid,
-            folder=str(files.folder),
-        )
         try:
             self.worker = Worker(
                 origin,
                 host,
                 files.working_folder(),
-                clear=str(files.folder.parent),
+                clear=str(files.folder),
                 library=str(files.library_path),
-                needed=self._functions.dll.required_functions,
-                functions=self._functions.dll.callable_names(),
+                needed=_needed(description),
+                functions=[_prefix(description) + name for name in function_names()],
             )
         except OSError as error:
             raise _not_started(origin, error) from error
         files.workers.append(self.worker)
+        runtime = self.worker.runtime
+        self._loaded = Loaded(runtime, "m4e_remote_", description.guid, files.folder)
         self._waits = True
 
     @property
-    def functions(self) -> FmpyInstance:
-        """FMPy's object, once the library is loaded."""
+    def loaded(self) -> Loaded:
+        """The library, once it is loaded."""
         assert self.worker
         if self._waits:
             self._waits = False
@@ -174,12 +157,22 @@ class Hosted(Binary):
                 why = f"the process {why}"
             if why:
                 raise _not_loaded(self._description, self.files, self._origin, why)
-        return self._functions
+        return self._loaded
 
     def close(self) -> None:
         """Have the process end; `Files.close` waits for that."""
         assert self.worker
         self.worker.leave()
+
+
+def _prefix(description: Description) -> str:
+    """How the names of functions begin in the library of an FMU."""
+    return f"{description.identifier}_" if description.version == "1.0" else ""
+
+
+def _needed(description: Description) -> list[str]:
+    """Names of the functions that the library of an FMU has to have."""
+    return [_prefix(description) + name for name in STANDARDS[description.version].SIGNATURES]
 
 
 def _not_started(origin: str, error: OSError) -> RunError:
@@ -191,47 +184,6 @@ def _not_loaded(description: Description, files: Files, origin: str, why: str) -
     text = why.replace(f"{files.folder}{os.sep}", "")
     remedy = remedy_for(why, description.version)
     return RunError(f"{origin}: its binary cannot be loaded: {text}", remedy)
-
-
-def _loaded(description: Description, files: Files, library: Path) -> FmpyInstance:
-    """FMPy's object for a library, with the signatures of all functions."""
-    kind = CLASSES[description.version]
-    _keep_signatures(kind)
-    # FMPy finds FMI 3.0's library by this name, and FMI 1.0's functions
-    name = library.stem if description.version == "3.0" else description.identifier
-    return kind(
-        guid=description.guid,
-        unzipDirectory=str(files.folder),
-        modelIdentifier=name,
-        instanceName=description.identifier,
-        libraryPath=str(library),
-    )
-
-
-def _again(like: Binary, library: Path) -> FmpyInstance:
-    """The same for a copy of the library: finding out all signatures takes most of the time."""
-    found = copy(like.functions)
-    os.chdir(library.parent)  # where some find the libraries that they need
-    found.dll = ctypes.cdll.LoadLibrary(str(library))
-    found._functions = {}
-    for name, known in like.functions._functions.items():
-        function = getattr(found.dll, known.__name__)
-        for of in ("argnames", "argtypes", "restype"):
-            setattr(function, of, getattr(known, of))
-        found._functions[name] = function
-    return found
-
-
-@cache
-def _keep_signatures(kind: type) -> None:
-    """Let the functions of FMPy's class carry their signatures.
-
-    FMPy asks Python for the signatures of all of them whenever it loads a library, which is a third
-    of the set-up of many FMUs; Python looks for a kept one first.
-    """
-    for _, function in inspect.getmembers(kind, inspect.isfunction):
-        if function.__name__.startswith("fmi"):
-            function.__signature__ = inspect.signature(function)  # pyrefly: ignore[missing-attribute]
 
 
 def binaries(
@@ -255,8 +207,7 @@ def binaries(
             last = stack.enter_context(Hosted(description, files, origin=origin, host=host))
         elif last is None or last.worker or not last.files.shares_library:
             files = last.files if last else stack.enter_context(closing(Files(description)))
-            like = None if last and last.worker else last
-            last = stack.enter_context(Binary(description, files, origin=origin, like=like))
+            last = stack.enter_context(Binary(description, files, origin=origin))
         found[name] = known[description.path] = last
     for binary in found.values():
         if binary.worker:

@@ -1,9 +1,9 @@
-"""Operations of a macro step: on FMUs, and on arrays of the values that they exchange.
+"""Operations of a macro step as data, which algorithms list and the C library performs.
 
-An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64,
-cells int64.
-Each call of FMUs has one class, with the FMI `function`, and one function in the C library.
-Where an operation writes `into` a block (2-D), it fills one of its rows.
+They are calls of FMUs, and copies and sums of arrays of exchanged values: float64, or int64 where
+they are cells. Each call has one class, with the FMI `function`, and one function in the C library;
+`schedule` compiles a list for it. Where an operation writes `into` a block (2-D), it fills one of
+its rows.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Get:
     """Reads the Real variables `names` into a vector or a block's row.
 
     They must be finite, if it is `checked`. One that is for `in_rows` only is left out of a
-    `Loop`'s steps that end at no row of results.
+    `StepLoop`'s steps that end at no row of results.
     """
 
     function: ClassVar = "fmi2GetReal"

@@ -1,7 +1,7 @@
-"""Schedules: operations performed in their order; a `StepLoop` repeats one, step by step.
+"""Lists of operations that the C library performs: a `Schedule` once, a `StepLoop` step by step.
 
-The C library performs them (see the runtime's loop.h): behind the schedules is the compiler of
-operations for it.
+Algorithms list the operations. Behind the schedules, they are compiled for the runtime's loop.h,
+which performs them in their order.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from collections.abc import Collection, Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from functools import cache
 from typing import NoReturn
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from m4e_fmi.cosim.network.operations import Operation
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import DISCARD, RawCall
-from m4e_fmi.fmu.importer.calls.access import RawComponent, RawCopied, runtime_function
+from m4e_fmi.fmu.importer.calls.access import RawComponent, runtime_function
 from m4e_fmi.runtime.library import library, library_detail
 
 NEVER = 2**63
@@ -294,21 +293,16 @@ def _begun_early(operations: Sequence[Operation]) -> list[int]:
     return first + [n for number, begun in enumerate(behind, 1) for n in (number, *begun)]
 
 
-Translated = tuple[RawOperation, tuple[np.ndarray | RawCopied, ...]]
+Translated = tuple[RawOperation, tuple[np.ndarray, ...]]
 """An operation for the C library, and what of it nothing else holds."""
-
-_known: WeakKeyDictionary[Operation, Translated] = WeakKeyDictionary()
 
 
 def _translated(operation: Operation) -> Translated:
-    """The same for the same operation, which may be in many lists, and many times in one."""
-    found = _known.get(operation)
-    if found is None:
-        found = _known[operation] = _translation(operation)
-        due = getattr(operation, "due", None)
-        if due:
-            found[0].origin, found[0].period = due.origin, due.period
-    return found
+    raw, held = _translation(operation)
+    due = getattr(operation, "due", None)
+    if due:
+        raw.origin, raw.period = due.origin, due.period
+    return raw, held
 
 
 def _translation(operation: Operation) -> Translated:
@@ -325,7 +319,7 @@ def _translation(operation: Operation) -> Translated:
             raw = _call(kind, instance.raw(operation.function))
             raw.state = ctypes.addressof(instance.slot())
         case op.Gather():
-            return _gather(operation)
+            raw = _gather(operation)
         case op.Combine():
             raw = _combine(operation)
         case op.Monitor(into, source, gate, past):
@@ -362,19 +356,15 @@ def _reals(operation: op.Reals) -> Translated:
     return raw, (call.references,)
 
 
-def _gather(operation: op.Gather) -> Translated:
-    into, source, index = operation.into, operation.source, operation.index
-    if into.dtype == np.int64:
-        copied = RawCopied(_address(source), _address(index), len(index))
-        raw = _filling(into, kind=CALL, component=ctypes.addressof(copied))
-        raw.function = runtime_function("m4e_copy_cells")
-        return raw, (copied,)
-    raw = _filling(into, kind=COMBINE, source=_address(source))
+def _gather(operation: op.Gather) -> RawOperation:
+    """Copies 8 bytes for each value, also for cells."""
+    source, index = operation.source, operation.index
+    raw = _filling(operation.into, kind=COMBINE, source=_address(source))
     if len(index) and (np.diff(index.astype(np.int64)) == 1).all():  # one after the other
         raw.source = _address(source) + int(index[0]) * source.itemsize
     else:
         raw.references = _address(index)
-    return raw, ()
+    return raw
 
 
 def _combine(operation: op.Combine) -> RawOperation:

@@ -43,7 +43,7 @@ class Messages:
 
     A `listener` hears all that have another status than OK, but while they are `muted`. `callbacks`
     goes into fmi2Instantiate, `callbacks_1` into fmiInstantiateSlave, `add_3` into
-    FMPy's `instantiate` of FMI 3.0.
+    fmi3InstantiateCoSimulation.
     """
 
     def __init__(self, listener: Listener | None = None, name: str = "") -> None:

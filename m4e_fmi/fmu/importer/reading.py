@@ -80,8 +80,8 @@ class Description:
     calculated parameter y depends on. Where an FMU declares nothing (`undeclared`, for outputs at a
     communication point), FMI says that everything may matter, and that is what stands here;
     `resolved` tells of outputs whose dependencies are known from elsewhere, and how (see
-    `cosim.dependence`). `output_derivatives` and `input_derivatives` lead from a variable to the
-    one declared as its time derivative.
+    `cosim.wiring.structure`). `output_derivatives` and `input_derivatives` lead from a variable to
+    the one declared as its time derivative.
     `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
     if it tells one (fixedInternalStepSize, FMI 3.0), `tool` the one that made it.
 
@@ -122,7 +122,7 @@ class Description:
         return self.tool.startswith(OWN_TOOL)
 
     def of_causality(self, *causalities: str) -> list[Variable]:
-        """The variables of one causality."""
+        """The variables of these causalities."""
         return [v for v in self.variables.values() if v.causality in causalities]
 
     def __repr__(self) -> str:

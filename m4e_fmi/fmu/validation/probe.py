@@ -19,9 +19,8 @@ from typing import NoReturn
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2
+from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2, Loaded
 from m4e_fmi.fmu.importer.calls.access import Arrays
-from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.messages import (
     ERROR,
     FATAL,
@@ -92,7 +91,7 @@ class Context:
     began: float = field(default_factory=time.monotonic)
     pace: float = 1.0
     holds: bool = False
-    _loaded: dict[bool, FmpyInstance] = field(default_factory=dict)
+    _loaded: dict[bool, Loaded] = field(default_factory=dict)
 
     @property
     def step_size(self) -> float:
@@ -104,13 +103,13 @@ class Context:
         """True if the group has taken longer than PATIENCE."""
         return time.monotonic() - self.began > PATIENCE
 
-    def loaded(self, *, exchange: bool) -> FmpyInstance:
+    def loaded(self, *, exchange: bool) -> Loaded:
         """The library, loaded once, with the functions of model exchange or of co-simulation."""
         if exchange not in self._loaded:
             here, raw = Path.cwd(), self.subject.raw
             self.journal("loading the library")
             try:
-                self._loaded[exchange] = CLASSES[raw.fmiVersion][exchange](
+                found = CLASSES[raw.fmiVersion][exchange](
                     guid=raw.guid,
                     unzipDirectory=str(self.subject.folder),
                     modelIdentifier=self.subject.kind(exchange=exchange).modelIdentifier,
@@ -119,6 +118,7 @@ class Context:
                 )
             finally:
                 os.chdir(here)  # loading leaves the process elsewhere when it fails
+            self._loaded[exchange] = Loaded(found.dll, "", raw.guid, self.subject.folder)
         return self._loaded[exchange]
 
     def new_probe(self, *, exchange: bool = False, name: str = "validation") -> Probe:

@@ -1,4 +1,6 @@
-/* Source: FMI Specifications 1.0, 2.0.5 and 3.0.2, on getting and setting variable values; of 3.0.2
+/* Values of an FMU's variables of any type in cells, and FMI 3.0 called by FMI 2.0's functions.
+
+   Source: FMI Specifications 1.0, 2.0.5 and 3.0.2, on getting and setting variable values; of 3.0.2
    sections 2.2 (variables), 2.3.5 (event mode), 4.2 (steps). */
 #include "fmus.h"
 
@@ -27,8 +29,7 @@ static const double NEAR = 1.5e-9; /* s; communication points are whole nanoseco
 
 static int is_at(double t, double goal) { return t >= goal - 4 * DBL_EPSILON * fabs(goal); }
 
-/* Event iteration, and to step mode. */
-static int settle(m4e_component_3 *c, double t) {
+int m4e_settle_3(m4e_component_3 *c) {
     ++c->handled;
     for (int k = 0; k < MOST_EVENTS; ++k) {
         bool again = false, end = false, nominals = false, values = false, defined = false;
@@ -37,7 +38,7 @@ static int settle(m4e_component_3 *c, double t) {
             c->instance, &again, &end, &nominals, &values, &defined, &next);
         if (status > WARNING) return status;
         if (end) {
-            c->ended = t;
+            c->ended = c->reached;
             return 0; /* it can only be terminated now */
         }
         c->next_event = defined ? next : INFINITY;
@@ -85,7 +86,7 @@ int m4e_do_step_3(void *component, double t, double h, int no_return) {
         }
         if (c->has_events && (event || is_at(last, c->next_event))) {
             status = enter_event_mode(c);
-            if (status <= WARNING) status = settle(c, last);
+            if (status <= WARNING) status = m4e_settle_3(c);
             if (status > WARNING || c->ended < INFINITY) return status;
         }
         if (is_at(last, stop)) return status;
@@ -320,7 +321,7 @@ int m4e_set_typed(m4e_access *a, const int64_t *cells) {
         if (status > worst) worst = status;
     }
     if (!entered) return worst;
-    const int status = settle(c, c->reached);
+    const int status = m4e_settle_3(c);
     return status > worst ? status : worst;
 }
 
@@ -332,9 +333,4 @@ int m4e_get_3(void *access, const uint32_t *references, size_t count, double *va
 int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values) {
     (void)references, (void)count;
     return m4e_set_typed(access, (const int64_t *)(const void *)values);
-}
-
-int m4e_copy_cells(const m4e_copied *c, int64_t *cells) {
-    for (uint64_t i = 0; i < c->count; ++i) cells[i] = c->source[c->places[i]];
-    return 0;
 }

@@ -46,6 +46,7 @@ typedef struct {
 
 M4E_API int m4e_do_step_3(void *component, double t, double h, int no_return);
 M4E_API int m4e_begin_step_3(void *component, double t, double h, int no_return);
+M4E_API int m4e_settle_3(m4e_component_3 *component); /* event iteration, and to step mode */
 M4E_API int m4e_save_3(void *component, void **state); /* *state is an m4e_state_3 already */
 M4E_API int m4e_restore_3(void *component, void *state);
 
@@ -101,13 +102,5 @@ M4E_API int m4e_get_typed(m4e_access *access, int64_t *cells);
 M4E_API int m4e_set_typed(m4e_access *access, const int64_t *cells);
 M4E_API int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values);
 M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values);
-
-typedef struct {
-    const int64_t *source;
-    const uint32_t *places;
-    uint64_t count;
-} m4e_copied;
-
-M4E_API int m4e_copy_cells(const m4e_copied *copied, int64_t *cells); /* cells[i] = source[places[i]] */
 
 #endif

@@ -61,10 +61,8 @@ typedef void *m4e_pointer; /* a state: the worker's address, as it is */
 #define SET_SIZED(A, T) REFERENCES(A) A(ARRAY, T, values)
 #define GET_BINARY(A, T) REFERENCES(A) A(BLOB_ROOM, values)
 #define SET_BINARY(A, T) REFERENCES(A) A(BLOBS, values)
-#define ORDERS(A) REFERENCES(A) A(GIVEN, int32_t, orders, references_count)
-#define SET_ORDERS(A, T) ORDERS(A) A(GIVEN, T, values, references_count)
-#define GET_ORDERS(A, T) ORDERS(A) A(WANTED, T, values, references_count)
-#define GET_ORDERS_SIZED(A, T) ORDERS(A) A(ROOM, T, values)
+#define SET_ORDERS(A, T)                                                                           \
+    REFERENCES(A) A(GIVEN, int32_t, orders, references_count) A(GIVEN, T, values, references_count)
 #define DIRECTION(A) A(ARRAY, uint32_t, unknowns) A(ARRAY, uint32_t, knowns)
 #define DERIVATIVE(A, T)                                                                           \
     DIRECTION(A) A(GIVEN, T, seed, knowns_count) A(WANTED, T, found, unknowns_count)
@@ -83,22 +81,20 @@ typedef void *m4e_pointer; /* a state: the worker's address, as it is */
 #define M4E_REMOTE_FUNCTIONS(X)                                                                    \
     X(fmiInstantiateSlave, MAKE, INSTANTIATE_1, char) X(fmiFreeSlaveInstance, FREE, PLAIN, )       \
     X(fmiInitializeSlave, NOW, INITIALIZE_1, char) X(fmiTerminateSlave, NOW, PLAIN, )              \
-    X(fmiResetSlave, NOW, PLAIN, ) X(fmiDoStep, STEP, STEP, char)                                  \
+    X(fmiDoStep, STEP, STEP, char)                                                                 \
     M4E_VALUES(X, fmi, Real, GET, SET, double) M4E_VALUES(X, fmi, Integer, GET, SET, int)          \
     M4E_VALUES(X, fmi, Boolean, GET, SET, char)                                                    \
     X(fmiGetString, NOW, GET, m4e_text) X(fmiSetString, NOW, SET, m4e_text)                        \
     X(fmiSetRealInputDerivatives, LATE, SET_ORDERS, double)                                        \
-    X(fmiGetRealOutputDerivatives, NOW, GET_ORDERS, double)                                        \
     X(fmiGetRealStatus, NOW, STATUS, double)                                                       \
     X(fmi2Instantiate, MAKE, INSTANTIATE_2, int) X(fmi2FreeInstance, FREE, PLAIN, )                \
     X(fmi2SetupExperiment, NOW, SETUP, int) X(fmi2EnterInitializationMode, NOW, PLAIN, )           \
     X(fmi2ExitInitializationMode, NOW, PLAIN, ) X(fmi2Terminate, NOW, PLAIN, )                     \
-    X(fmi2Reset, NOW, PLAIN, ) X(fmi2DoStep, STEP, STEP, int)                                      \
+    X(fmi2DoStep, STEP, STEP, int)                                                                 \
     M4E_VALUES(X, fmi2, Real, GET, SET, double) M4E_VALUES(X, fmi2, Integer, GET, SET, int)        \
     M4E_VALUES(X, fmi2, Boolean, GET, SET, int)                                                    \
     X(fmi2GetString, NOW, GET, m4e_text) X(fmi2SetString, NOW, SET, m4e_text)                      \
     X(fmi2SetRealInputDerivatives, LATE, SET_ORDERS, double)                                       \
-    X(fmi2GetRealOutputDerivatives, NOW, GET_ORDERS, double)                                       \
     X(fmi2GetRealStatus, NOW, STATUS, double) X(fmi2GetBooleanStatus, NOW, STATUS, int)            \
     X(fmi2GetDirectionalDerivative, NOW, DERIVATIVE, double)                                       \
     X(fmi2GetFMUstate, NOW, GET_STATE, ) X(fmi2SetFMUstate, NOW, SET_STATE, )                      \
@@ -108,8 +104,8 @@ typedef void *m4e_pointer; /* a state: the worker's address, as it is */
     X(fmi3EnterInitializationMode, NOW, SETUP, bool) X(fmi3ExitInitializationMode, NOW, PLAIN, )   \
     X(fmi3EnterConfigurationMode, NOW, PLAIN, ) X(fmi3ExitConfigurationMode, NOW, PLAIN, )         \
     X(fmi3EnterEventMode, NOW, PLAIN, ) X(fmi3EnterStepMode, NOW, PLAIN, )                         \
-    X(fmi3Terminate, NOW, PLAIN, ) X(fmi3Reset, NOW, PLAIN, )                                      \
-    X(fmi3DoStep, STEP, STEP_3, bool) X(fmi3UpdateDiscreteStates, NOW, DISCRETE, bool)             \
+    X(fmi3Terminate, NOW, PLAIN, ) X(fmi3DoStep, STEP, STEP_3, bool)                               \
+    X(fmi3UpdateDiscreteStates, NOW, DISCRETE, bool)                                               \
     M4E_VALUES_3(X, Float32, float) M4E_VALUES_3(X, Float64, double)                               \
     M4E_VALUES_3(X, Int8, int8_t) M4E_VALUES_3(X, UInt8, uint8_t)                                  \
     M4E_VALUES_3(X, Int16, int16_t) M4E_VALUES_3(X, UInt16, uint16_t)                              \
@@ -119,7 +115,6 @@ typedef void *m4e_pointer; /* a state: the worker's address, as it is */
     X(fmi3GetString, NOW, GET_SIZED, m4e_text) X(fmi3SetString, NOW, SET_SIZED, m4e_text)          \
     X(fmi3GetBinary, NOW, GET_BINARY, ) X(fmi3SetBinary, NOW, SET_BINARY, )                        \
     X(fmi3GetDirectionalDerivative, NOW, DERIVATIVE_SIZED, double)                                 \
-    X(fmi3GetOutputDerivatives, NOW, GET_ORDERS_SIZED, double)                                     \
     X(fmi3GetFMUState, NOW, GET_STATE, ) X(fmi3SetFMUState, NOW, SET_STATE, )                      \
     X(fmi3FreeFMUState, NOW, GET_STATE, ) X(fmi3SerializedFMUStateSize, NOW, STATE_SIZE, )         \
     X(fmi3SerializeFMUState, NOW, SERIALIZE, ) X(fmi3DeserializeFMUState, NOW, DESERIALIZE, )

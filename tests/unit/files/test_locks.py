@@ -59,9 +59,11 @@ def test_what_a_living_process_has_is_left_and_a_dead_ones_removed(tmp_path: Pat
         assert names(tmp_path) == before
         process.kill()
     assert names(tmp_path) == before
-    with claimed(tmp_path / "other.nc"), TemporaryFolder(tmp_path) as folder:
-        assert len(names(tmp_path)) == 3  # a lock for each, and the folder
-        assert folder.is_dir()
+    with holder(tmp_path / "other.nc") as process:
+        now = names(tmp_path)
+        assert len(now) == 4  # a lock for each, the folder, and the rows
+        assert not before & now
+        process.communicate()
     assert names(tmp_path) == set()
 
 
@@ -104,12 +106,11 @@ def test_temporary_folders_are_removed_with_the_last_reference(
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     one, other = TemporaryFolder(), TemporaryFolder()
-    assert len(names(tmp_path)) == 2
+    assert len(names(tmp_path)) == 4
     (one.path / "file").touch()
     one.remove()
     one.remove()
-    assert names(tmp_path) == {other.path.parent.name, other.path.parent.name + ".lock"}
-    assert names(other.path.parent) == {other.path.name}
+    assert names(tmp_path) == {other.path.name, f"{other.path.name}.lock"}
     del other
     assert names(tmp_path) == set()
 

@@ -24,6 +24,7 @@ from m4e_fmi.fmu.importer.messages import WARNING, Status
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.runtime.library import library
 
+Value = float | int | bool | str
 DOES_NOT_FIT = -2
 LOWEST, HIGHEST = -(2**63), 2**63 - 1
 _MOVE = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p)
@@ -262,12 +263,6 @@ class _RawAccess(ctypes.Structure):
     ]
 
 
-class RawCopied(ctypes.Structure):
-    """`m4e_copied`."""
-
-    _fields_ = [("source", c_void_p), ("places", c_void_p), ("count", c_uint64)]
-
-
 class _RawTexts(ctypes.Structure):
     """`m4e_texts`."""
 
@@ -319,8 +314,17 @@ class Texts:
         return self._library.m4e_text_at(self._raw, place).decode("utf-8", errors="replace")
 
 
+def cell_of(value: Value, variable: Variable, texts: Texts) -> int:
+    """The cell from which a variable is set to a value."""
+    if variable.type == "String":
+        return texts.place(str(value).encode("utf-8"))
+    if variable.type == "Real":
+        return int(np.float64(value).view(np.int64))
+    return (int(value) - LOWEST) % 2**64 + LOWEST
+
+
 def value_in(cell: int, variable: Variable, texts: Texts) -> int | bool | str:
-    """The value in a cell that was read from a variable."""
+    """The value in a cell that was read from a variable that is not Real."""
     if variable.type == "String":
         return texts[cell]
     if variable.type == "Boolean":
@@ -378,11 +382,10 @@ class Access:
         """The part that failed last; the variable whose value does not fit."""
         return int(self._raw.failed)
 
-    @property
-    def function(self) -> str:
-        """The function that failed last."""
+    def function(self, *, sets: bool) -> str:
+        """The function that failed last, in setting values if this `sets` them."""
         part = self._parts[self.failed]
-        return part.set_name if self.taken else part.get_name
+        return part.set_name if sets else part.get_name
 
     def get(self, cells: np.ndarray) -> Status:
         """Read all into `cells` (n_cells,), int64, in the variables' units."""

@@ -5,18 +5,21 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from fmpy import fmi1, fmi2
 
 from m4e_fmi.fmu.importer.calls.standard import (
-    CFunction,
+    COUNT,
+    INT,
+    NUMBER,
+    POINTER,
+    TEXT,
     RawCall,
     SerializedState,
+    Signature,
     Standard,
-    Value,
     pointer_to,
 )
 from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
@@ -30,13 +33,45 @@ _NAMES_1 = {
     "fmi2Terminate": "fmiTerminateSlave",
 }
 """Those of FMI 1.0 that are called otherwise."""
+FLAG_1 = ctypes.c_char
+_PLAIN = INT, POINTER
+_MOVE = INT, POINTER, POINTER, COUNT, POINTER
+_TYPES = "Real", "Integer", "Boolean", "String"
+
+
+def _for_both(prefix: str) -> dict[str, Signature]:
+    """Functions that are the same in FMI 1.0 and 2.0."""
+    return {
+        **{f"{prefix}{verb}{kind}": _MOVE for verb in ("Get", "Set") for kind in _TYPES},
+        f"{prefix}SetRealInputDerivatives": (INT, POINTER, POINTER, COUNT, POINTER, POINTER),
+        f"{prefix}GetRealStatus": (INT, POINTER, INT, POINTER),
+    }
 
 
 class Fmi2(Standard):
     """One instance of FMI 2.0; `TRUTH` is how a Boolean lies in memory."""
 
     VERSION = 2
-    BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char]] = fmi2.fmi2Boolean
+    SIGNATURES: ClassVar[Mapping[str, Signature]] = {
+        **_for_both("fmi2"),
+        "fmi2Instantiate": (POINTER, TEXT, INT, TEXT, TEXT, POINTER, INT, INT),
+        "fmi2FreeInstance": (None, POINTER),
+        "fmi2SetupExperiment": (INT, POINTER, INT, NUMBER, NUMBER, INT, NUMBER),
+        "fmi2EnterInitializationMode": _PLAIN,
+        "fmi2ExitInitializationMode": _PLAIN,
+        "fmi2Terminate": _PLAIN,
+        "fmi2DoStep": (INT, POINTER, NUMBER, NUMBER, INT),
+        "fmi2GetBooleanStatus": (INT, POINTER, INT, POINTER),
+        "fmi2GetFMUstate": (INT, POINTER, POINTER),
+        "fmi2SetFMUstate": (INT, POINTER, POINTER),
+        "fmi2FreeFMUstate": (INT, POINTER, POINTER),
+        "fmi2SerializedFMUstateSize": (INT, POINTER, POINTER, POINTER),
+        "fmi2SerializeFMUstate": (INT, POINTER, POINTER, POINTER, COUNT),
+        "fmi2DeSerializeFMUstate": (INT, POINTER, POINTER, COUNT, POINTER),
+        "fmi2GetDirectionalDerivative": (
+            *(INT, POINTER, POINTER, COUNT, POINTER, COUNT, POINTER, POINTER),
+        ),
+    }
     BYTE = ctypes.c_char
     TRUTH: ClassVar[str] = "I32"
 
@@ -54,11 +89,11 @@ class Fmi2(Standard):
     ) -> None:
         del events  # FMI 2.0 has event mode in model exchange only, and always there
         self._ended = {}
-        self.component = self._dll.fmi2Instantiate(
+        self.component = self.function("fmi2Instantiate")(
             name.encode("utf-8"),
             fmi2.fmi2ModelExchange if exchange else fmi2.fmi2CoSimulation,
-            (self._fmpy.guid if token is None else token).encode("utf-8"),
-            Path(self._fmpy.unzipDirectory, "resources").as_uri().encode("utf-8"),
+            (self._loaded.guid if token is None else token).encode("utf-8"),
+            (self._loaded.folder / "resources").as_uri().encode("utf-8"),
             ctypes.byref(messages.callbacks),
             fmi2.fmi2False,
             fmi2.fmi2True,
@@ -78,19 +113,6 @@ class Fmi2(Standard):
         )
 
     # ---- values ----
-
-    def set_values(self, values: Mapping[str, Value]) -> None:
-        kinds = {
-            "Real": ("SetReal", ctypes.c_double),
-            "Integer": ("SetInteger", ctypes.c_int),
-            "Enumeration": ("SetInteger", ctypes.c_int),
-            "Boolean": ("SetBoolean", self.BOOLEAN),
-            "String": ("SetString", ctypes.c_char_p),
-        }
-        for variable, value in zip(self.variables(list(values)), values.values(), strict=True):
-            function, kind = kinds[variable.type]
-            data = (kind * 1)(value.encode("utf-8") if isinstance(value, str) else value)
-            self.do(function, (ctypes.c_uint * 1)(variable.value_reference), 1, data)
 
     def layout(self, variable: Variable) -> tuple[str, str]:
         return {
@@ -175,7 +197,17 @@ class Fmi1(Fmi2):
     """
 
     VERSION = 1
-    BOOLEAN = fmi1.fmi1Boolean
+    SIGNATURES: ClassVar[Mapping[str, Signature]] = {
+        **_for_both("fmi"),
+        "fmiInstantiateSlave": (
+            *(POINTER, TEXT, TEXT, TEXT, TEXT, NUMBER, FLAG_1, FLAG_1),
+            *(fmi1.fmi1CallbackFunctions, FLAG_1),
+        ),
+        "fmiFreeSlaveInstance": (None, POINTER),
+        "fmiInitializeSlave": (INT, POINTER, NUMBER, FLAG_1, NUMBER),
+        "fmiTerminateSlave": _PLAIN,
+        "fmiDoStep": (INT, POINTER, NUMBER, NUMBER, FLAG_1),
+    }
     TRUTH = "I8"
 
     _experiment: tuple[float, int, float]
@@ -191,9 +223,15 @@ class Fmi1(Fmi2):
         events: bool = False,
     ) -> None:
         del token, exchange, events
-        self._fmpy.instanceName = name
-        self._fmpy.instantiate(functions=messages.callbacks_1(), loggingOn=True)
-        self.component = self._fmpy.component
+        self.component = self.function("fmi2InstantiateSlave")(
+            name.encode("utf-8"),
+            self._loaded.guid.encode("utf-8"),
+            self._loaded.folder.as_uri().encode("utf-8"),
+            b"application/x-fmu-sharedlibrary",
+            *(0.0, 0, 0),  # no time-out, invisible, not interactive
+            messages.callbacks_1(),
+            1,
+        )
         if not self.component:
             raise RuntimeError("fmiInstantiateSlave gave no component")
 
@@ -215,11 +253,6 @@ class Fmi1(Fmi2):
 
     def wants_end(self) -> bool:
         return False
-
-    def function(self, function: str) -> CFunction:
-        loaded = getattr(self._dll, f"{self._fmpy.modelIdentifier}_{self.name(function)}")
-        # FMPy declares that some functions give a text where they give a status
-        return ctypes.cast(loaded, ctypes.CFUNCTYPE(ctypes.c_int, *loaded.argtypes))
 
     def name(self, function: str) -> str:
         return _NAMES_1.get(function, function.replace("fmi2", "fmi"))

@@ -10,30 +10,31 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from ctypes import c_bool, c_double, c_uint64, c_void_p
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from fmpy import fmi3
-from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.access import Access, runtime_function
+from m4e_fmi.fmu.importer.calls.access import Access, Value, guarded, runtime_function
 from m4e_fmi.fmu.importer.calls.standard import (
-    RESTLESS,
+    COUNT,
+    INT,
+    NUMBER,
+    POINTER,
+    TEXT,
     RawCall,
     SerializedState,
+    Signature,
     Standard,
-    Value,
+    references_of,
 )
 from m4e_fmi.fmu.importer.elements import locate
 from m4e_fmi.fmu.importer.messages import Messages, Status
 from m4e_fmi.fmu.importer.reading import STRUCTURAL, Variable
 
-MOST_EVENTS = 1000
 EVENT_FIELDS = ("next_event", "reached", "ended", "interruptions")
 """Fields that a saved state has of its component."""
 _METHODS = {"Enumeration": "Int64"}
@@ -74,8 +75,10 @@ _POINTERS = {
     "set_state": "fmi2SetFMUstate",
 }
 """Field of a component → function."""
-
-_Element = Value | bytes | None
+_PLAIN = INT, POINTER
+_MOVE = INT, POINTER, POINTER, COUNT, POINTER, COUNT
+_MOVE_BINARY = INT, POINTER, POINTER, COUNT, POINTER, POINTER, COUNT
+_TYPES = (*(kind for kind in _LAYOUTS if kind not in _METHODS),)
 
 
 class _RawState(ctypes.Structure):
@@ -94,6 +97,34 @@ class Fmi3(Standard):
     """One instance of FMI 3.0."""
 
     VERSION = 3
+    SIGNATURES: ClassVar[Mapping[str, Signature]] = {
+        **{f"fmi3{verb}{kind}": _MOVE for verb in ("Get", "Set") for kind in _TYPES},
+        "fmi3GetBinary": _MOVE_BINARY,
+        "fmi3SetBinary": _MOVE_BINARY,
+        "fmi3InstantiateCoSimulation": (
+            *(POINTER, TEXT, TEXT, TEXT, c_bool, c_bool, c_bool, c_bool),
+            *(POINTER, COUNT, POINTER, POINTER, POINTER),
+        ),
+        "fmi3FreeInstance": (None, POINTER),
+        "fmi3EnterInitializationMode": (INT, POINTER, c_bool, NUMBER, NUMBER, c_bool, NUMBER),
+        "fmi3ExitInitializationMode": _PLAIN,
+        "fmi3EnterConfigurationMode": _PLAIN,
+        "fmi3ExitConfigurationMode": _PLAIN,
+        "fmi3EnterEventMode": _PLAIN,
+        "fmi3EnterStepMode": _PLAIN,
+        "fmi3Terminate": _PLAIN,
+        "fmi3DoStep": (INT, POINTER, NUMBER, NUMBER, c_bool, POINTER, POINTER, POINTER, POINTER),
+        "fmi3UpdateDiscreteStates": (INT, *[POINTER] * 7),
+        "fmi3GetFMUState": (INT, POINTER, POINTER),
+        "fmi3SetFMUState": (INT, POINTER, POINTER),
+        "fmi3FreeFMUState": (INT, POINTER, POINTER),
+        "fmi3SerializedFMUStateSize": (INT, POINTER, POINTER, POINTER),
+        "fmi3SerializeFMUState": (INT, POINTER, POINTER, POINTER, COUNT),
+        "fmi3DeserializeFMUState": (INT, POINTER, POINTER, COUNT, POINTER),
+        "fmi3GetDirectionalDerivative": (
+            *(INT, POINTER, POINTER, COUNT, POINTER, COUNT, POINTER, COUNT, POINTER, COUNT),
+        ),
+    }
     BYTE = ctypes.c_uint8
     SIZED = True
 
@@ -105,6 +136,7 @@ class Fmi3(Standard):
             sizes[reference] = max(sizes.get(reference, 0), index + 1)
         self.sizes = self.sizes or sizes
         self._experiment: tuple[float, float | None, float | None] = (0.0, None, None)
+        self._is_new = True
         self._accesses: dict[tuple[str, ...], Access] = {}
         self._states: list[_RawState] = []
 
@@ -117,14 +149,14 @@ class Fmi3(Standard):
         exchange: bool = False,
         events: bool = False,
     ) -> None:
-        guid: str = self._fmpy.guid if token is None else token
-        resources = f"{Path(self._fmpy.unzipDirectory, 'resources')}{os.sep}".encode()
+        guid = self._loaded.guid if token is None else token
+        resources = f"{self._loaded.folder / 'resources'}{os.sep}".encode()
         first = (name.encode("utf-8"), guid.encode("utf-8"), resources, False, True)
         log = self._log = fmi3.fmi3LogMessageCallback(messages.add_3)  # kept as long as this is
         if exchange:
-            made = self._dll.fmi3InstantiateModelExchange(*first, None, log)
+            made = self.function("fmi2InstantiateModelExchange")(*first, None, log)
         else:
-            make = partial(self._dll.fmi3InstantiateCoSimulation, *first)
+            make = partial(self.function("fmi2InstantiateCoSimulation"), *first)
             update = fmi3.fmi3IntermediateUpdateCallback()
             rest = ((ctypes.c_uint * 0)(), 0, None, log, update)
             made = make(events, events, *rest)
@@ -133,7 +165,7 @@ class Fmi3(Standard):
                 made = make(events, events, *rest)
         if not made:
             raise RuntimeError("fmi3InstantiateCoSimulation gave no instance")
-        self._fmpy.component = self.component = self.events.instance = made
+        self.component = self.events.instance = made
         self.events.has_events = events
         for field, function in {} if exchange else _POINTERS.items():
             setattr(self.events, field, self.address(function))
@@ -143,6 +175,7 @@ class Fmi3(Standard):
         self.events.reached = start
 
     def enter_initialization(self) -> None:
+        self._is_new = False
         start, stop, tolerance = self._experiment
         self.do(
             "EnterInitializationMode",
@@ -167,58 +200,47 @@ class Fmi3(Standard):
     # ---- values ----
 
     def set_values(self, values: Mapping[str, Value]) -> None:
-        sizes = [name for name in values if self._variables[name].causality == STRUCTURAL]
+        of = self._variables
+        sizes = {name: value for name, value in values.items() if of[name].causality == STRUCTURAL}
         if sizes:
             self.do("EnterConfigurationMode")
-            self._set_all({name: values[name] for name in sizes})
+            super().set_values(sizes)
             self.do("ExitConfigurationMode")
-        self._set_all({name: value for name, value in values.items() if name not in sizes})
+        if self._is_new:
+            values = self._starts_beside(values) | dict(values)
+        binary = {name: value for name, value in values.items() if of[name].type == "Binary"}
+        if binary:
+            self._set_binary(binary)
+        if others := {n: v for n, v in values.items() if n not in sizes | binary}:
+            super().set_values(others)
 
-    def _set_all(self, values: Mapping[str, Value]) -> None:
-        arrays: dict[int, dict[int, Value]] = {}
-        for variable, value in zip(self.variables(list(values)), values.values(), strict=True):
-            reference, index = locate(variable.value_reference)
-            arrays.setdefault(reference, {})[index] = value
-        with self._event_mode():
-            for reference, elements in arrays.items():
-                self._set_array(reference, elements)
-
-    @contextmanager
-    def _event_mode(self) -> Generator[None, None, None]:
-        """Where there is event mode, nothing but continuous inputs is set in any other."""
-        c = self.events
-        events = c.has_events and c.stepping and c.ended == math.inf
-        if events:
-            self.do("EnterEventMode")
-        yield
-        if events:
-            self._settle()
-
-    def _set_array(self, reference: int, elements: Mapping[int, Value]) -> None:
-        """Set elements of an array by index; the others get what they have, or their start."""
-        members = {
-            index: variable
-            for variable in self._variables.values()
-            for owner, index in [locate(variable.value_reference)]
-            if owner == reference
+    def _starts_beside(self, values: Mapping[str, Value]) -> dict[str, Value]:
+        """Start values of the other elements of arrays with some among `values`."""
+        given = {variable.value_reference for variable in self.variables(list(values))}
+        arrays = {locate(key)[0] for key in given}
+        return {
+            name: _start(variable)
+            for name, variable in self._variables.items()
+            if (key := variable.value_reference) not in given and locate(key)[0] in arrays
         }
-        kind = members[0].fmi_type
-        method, count = _METHODS.get(kind, kind), self.sizes[reference]
-        given: list[_Element] = [None] * count
-        if len(elements) < count and self.events.stepping:
-            given = list(self._call(f"get{method}", [reference], nValues=count))
-        elif len(elements) < count:
-            given = [_start(kind, members[k].start) for k in range(count)]
-        for index, value in elements.items():
-            given[index] = bytes.fromhex(str(value)) if kind == "Binary" else value
-        self._call(f"set{method}", [reference], given)
 
-    def _call(self, method: str, *arguments: object, **more: object) -> Any:
-        """Call one of FMPy's methods; statuses above Warning go to `failed`."""
-        try:
-            return getattr(self._fmpy, method)(*arguments, **more)
-        except FMICallException as error:
-            self._failed(error.status, error.function)
+    def _set_binary(self, values: Mapping[str, Value]) -> None:
+        """Set variables of type Binary, which are written as ``0a1bff``; in event mode, if any."""
+        c = self.events
+        with_event = c.has_events and c.stepping and c.ended == math.inf
+        arrays = self.arrays([v.value_reference for v in self.variables(list(values))])
+        references, count = references_of(arrays), arrays.count
+        sizes, contents = (ctypes.c_size_t * count)(), (ctypes.c_char_p * count)()
+        if len(values) < count:
+            self.do("GetBinary", *references, sizes, contents, count)
+        for place, value in zip(arrays.places, values.values(), strict=True):
+            contents[place] = content = bytes.fromhex(str(value))
+            sizes[place] = len(content)
+        if with_event:
+            self.do("EnterEventMode")
+        self.do("SetBinary", *references, sizes, contents, count)
+        if with_event:
+            self._settle()
 
     def layout(self, variable: Variable) -> tuple[str, str]:
         kind = variable.fmi_type
@@ -245,30 +267,13 @@ class Fmi3(Standard):
 
     def _settle(self) -> None:
         """Event iteration, in event mode, and back to step mode."""
-        c = self.events
-        c.handled += 1
-        for _ in range(MOST_EVENTS):
-            status, again, end, following = self._update_discrete_states()
-            self.check(status, "fmi2UpdateDiscreteStates")
-            if end:
-                c.ended = c.reached
-                return
-            c.next_event = following
-            if not again:
-                self.do("EnterStepMode")
-                return
-        self.check(RESTLESS, "fmi2UpdateDiscreteStates")
-
-    def _update_discrete_states(self) -> tuple[Status, bool, bool, float]:
-        """Status, true if another is needed, if it asks for the end, and the next event's time."""
-        flags, following = [c_bool() for _ in range(5)], c_double()
-        places = (ctypes.byref(place) for place in (*flags, following))
-        status = self.call("UpdateDiscreteStates", *places)
-        again, end, _, _, known = (bool(flag) for flag in flags)
-        return status, again, end, following.value if known else math.inf
+        settle = guarded(ctypes.CFUNCTYPE(INT, POINTER), runtime_function("m4e_settle_3"))
+        self.check(settle(ctypes.addressof(self.events)), "fmi2UpdateDiscreteStates")
 
     def needs_new_discrete_states(self) -> tuple[Status, bool]:
-        return self._update_discrete_states()[:2]
+        flags, following = [c_bool() for _ in range(5)], c_double()
+        places = (ctypes.byref(place) for place in (*flags, following))
+        return self.call("UpdateDiscreteStates", *places), bool(flags[0])
 
     def reached(self) -> float | None:
         return self.events.reached if math.isfinite(self.events.reached) else None
@@ -304,14 +309,11 @@ def _state(slot: ctypes.c_void_p) -> _RawState:
     return _RawState.from_address(slot.value)
 
 
-def _start(kind: str, text: str | None) -> _Element:
-    """A start value as FMPy's methods take it."""
-    if kind == "String":
-        return text or ""
-    if kind == "Binary":
-        return bytes.fromhex(text or "")
-    if kind == "Boolean":
+def _start(variable: Variable) -> Value:
+    """The start value of an element of an array."""
+    text = variable.start or ""
+    if variable.type in ("String", "Binary"):
+        return text
+    if variable.type == "Boolean":
         return text in ("true", "1")
-    if kind.startswith("Float"):
-        return float(text or 0.0)
-    return int(text or 0)
+    return float(text or 0.0) if variable.type == "Real" else int(text or 0)

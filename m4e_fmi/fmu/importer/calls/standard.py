@@ -10,9 +10,8 @@ import ctypes
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
-from functools import partial
+from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
@@ -24,7 +23,9 @@ from m4e_fmi.fmu.importer.calls.access import (
     Taken,
     Texts,
     TypedPart,
+    Value,
     address_of,
+    cell_of,
     guarded,
     restored,
     runtime_function,
@@ -40,18 +41,29 @@ to end before it, events without end."""
 NEAR = 1.5e-9
 """Seconds; communication points are whole nanoseconds."""
 
-Value = float | int | bool | str
-FmpyInstance = Any
-"""FMPy's object for an instance of any version, whose functions it makes as it loads them."""
 CFunction = Callable[..., Any]
 """A function of a shared library."""
 Failed = Callable[[Status, str], NoReturn]
 """Called with a status above Warning, and FMI 2.0's name of the function."""
 
-_POINTER, _COUNT = ctypes.c_void_p, ctypes.c_size_t
-_GET = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER, _COUNT, _POINTER)
-_DO_STEP = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, ctypes.c_double, ctypes.c_double, ctypes.c_int)
-_SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER)
+INT, POINTER, TEXT = ctypes.c_int, ctypes.c_void_p, ctypes.c_char_p
+NUMBER, COUNT = ctypes.c_double, ctypes.c_size_t
+Signature = tuple[type | None, ...]
+"""Type of a C function's result, and those of its arguments."""
+_SAVE_OR_RESTORE = ctypes.CFUNCTYPE(INT, POINTER, POINTER)
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """An FMU's `library`, in which the names of FMI's functions begin with `prefix`.
+
+    `guid` is the one in its description, `folder` where it is unpacked.
+    """
+
+    library: ctypes.CDLL
+    prefix: str
+    guid: str
+    folder: Path
 
 
 @dataclass(frozen=True)
@@ -76,7 +88,7 @@ class SerializedState:
 
 
 class Standard(ABC):
-    """One instance of the FMU that FMPy has `loaded`, with its `variables` by name.
+    """One instance of the FMU that is `loaded`, with its `variables` by name.
 
     `component` is the FMU's handle of the instance; None without an instance, or if it may not be
     called any more. `events` is its record of events. `failed` raises for statuses above
@@ -85,6 +97,8 @@ class Standard(ABC):
     """
 
     VERSION: ClassVar[int]
+    SIGNATURES: ClassVar[Mapping[str, Signature]]
+    """Functions that the master calls: all FMUs for co-simulation have them."""
     BYTE: ClassVar[type[ctypes.c_char | ctypes.c_uint8]]
     """Of a serialised state."""
     SIZED: ClassVar[bool] = False
@@ -92,22 +106,20 @@ class Standard(ABC):
 
     def __init__(
         self,
-        loaded: FmpyInstance,
+        loaded: Loaded,
         variables: Mapping[str, Variable],
         failed: Failed,
         *,
         sizes: Mapping[int, int] | None = None,
         journal: Callable[[str], None] | None = None,
     ) -> None:
-        self._fmpy = copy(loaded)
-        self._dll: ctypes.CDLL = loaded.dll
+        self._loaded = loaded
         self._variables = variables
         self._failed, self._journal = failed, journal
         self.sizes = sizes or {}
         self.component: int | None = None
         self.events = RawComponent(next_event=math.inf, ended=math.inf, goes_on=True)
         self.last_call = ""
-        self._reals: dict[str, tuple[Callable[[], Status], np.ndarray]] = {}
         self._typed: dict[str, tuple[Access, np.ndarray]] = {}
         self._texts = Texts()
 
@@ -152,9 +164,14 @@ class Standard(ABC):
 
     # ---- values by name ----
 
-    @abstractmethod
     def set_values(self, values: Mapping[str, Value]) -> None:
-        """Set variables of any type by name."""
+        """Set variables of any type by name, one at least."""
+        names, texts = list(values), self._texts
+        variables = zip(self.variables(names), values.values(), strict=True)
+        access = self.typed(names, texts)
+        cells = [cell_of(value, variable, texts) for variable, value in variables]
+        status = access.set(np.array(cells, dtype=np.int64))
+        self.check(status, access.function(sets=True))
 
     @abstractmethod
     def layout(self, variable: Variable) -> tuple[str, str]:
@@ -209,30 +226,17 @@ class Standard(ABC):
         """Do what values need before they are read."""
         return 0
 
-    def real(self, name: str) -> float:
-        """The present value of a Real, in its unit."""
+    def value(self, name: str) -> Value:
+        """The present value of a variable; an item of an enumeration by number."""
         self.check(self.ready(), "fmi2ExitInitializationMode")
-        if name not in self._reals:
-            raw, place = self.raw("fmi2GetReal", [name]), np.zeros(1)
-            arguments = pointer_to(raw.references), 1, pointer_to(place)
-            call = partial(guarded(_GET, raw.function), raw.component, *arguments)
-            self._reals[name] = call, place
-        call, value = self._reals[name]
-        self.check(call(), "fmi2GetReal")
-        return float(value[0])
-
-    def value(self, name: str, failed: Callable[[Status, Access, np.ndarray], object]) -> Value:
-        """The present value of a variable of another type; an item of an enumeration by number.
-
-        `failed` is called with the status, the access and cells (1,), int64 codes, if that fails.
-        """
         if name not in self._typed:
             self._typed[name] = self.typed([name], self._texts), np.zeros(1, dtype=np.int64)
         access, cells = self._typed[name]
-        status = access.get(cells)
-        if not 0 <= status <= WARNING:
-            failed(status, access, cells)
-        return value_in(int(cells[0]), self._variables[name], self._texts)
+        self.check(access.get(cells), access.function(sets=False))
+        variable = self._variables[name]
+        if variable.type == "Real":
+            return float(cells.view(np.float64)[0])
+        return value_in(int(cells[0]), variable, self._texts)
 
     def text(self, variable: Variable) -> str:
         """The present value of a String, empty if it cannot be had."""
@@ -250,11 +254,11 @@ class Standard(ABC):
     def get_reals(self, arrays: Arrays, values: np.ndarray) -> Status:
         """Read all elements into `values` (n_elements,), in the variables' units."""
         note = f"{len(values)} values"
-        return self.call("GetReal", *_references(arrays), *self._values(values), note=note)
+        return self.call("GetReal", *references_of(arrays), *self._values(values), note=note)
 
     def set_reals(self, arrays: Arrays, values: np.ndarray) -> Status:
         """Set all elements from `values` (n_elements,), in the variables' units."""
-        return self.call("SetReal", *_references(arrays), *self._values(values))
+        return self.call("SetReal", *references_of(arrays), *self._values(values))
 
     def sensitivity(
         self, function: str, unknowns: Arrays, knowns: Arrays, seed: np.ndarray, found: np.ndarray
@@ -264,13 +268,13 @@ class Standard(ABC):
         `found` (n_unknowns,) and `seed` (n_knowns,) are in the variables' units; the other way
         round for FMI 3.0's GetAdjointDerivative.
         """
-        variables = *_references(unknowns), *_references(knowns)
+        variables = *references_of(unknowns), *references_of(knowns)
         values = *self._values(seed), *self._values(found)
         return self.call(function, *variables, *values, note=f"{len(found)} values")
 
     def output_derivatives(self, outputs: Arrays, found: np.ndarray) -> Status:
         """First time derivatives of the outputs, into `found` (n_elements,), in SI."""
-        references, count = _references(outputs)
+        references, count = references_of(outputs)
         arguments = references, count, (ctypes.c_int32 * count)(*[1] * count)
         note = f"{len(found)} values"
         return self.call("GetRealOutputDerivatives", *arguments, *self._values(found), note=note)
@@ -369,7 +373,11 @@ class Standard(ABC):
 
     def function(self, function: str) -> CFunction:
         """The function of the library that FMI 2.0 calls `function`."""
-        return getattr(self._dll, self.name(function))
+        name = self.name(function)
+        found = getattr(self._loaded.library, f"{self._loaded.prefix}{name}")
+        if found.argtypes is None and name in self.SIGNATURES:
+            found.restype, *found.argtypes = self.SIGNATURES[name]
+        return found
 
     @abstractmethod
     def name(self, function: str) -> str:
@@ -403,7 +411,7 @@ class Standard(ABC):
         return [self._variables[name] for name in names]
 
 
-def _references(arrays: Arrays) -> tuple[object, int]:
+def references_of(arrays: Arrays) -> tuple[object, int]:
     """The value references as C functions take them, and how many there are."""
     count = len(arrays.references)
     return (ctypes.c_uint * count)(*arrays.references), count

@@ -1,4 +1,4 @@
-"""The program that keeps the workers of one master: starts them, tells how they end, clears up.
+"""Program beside a master that starts its workers, reports how they end, and clears up behind them.
 
 It runs no code of any FMU itself. Requests to start a worker come as lines of JSON on the standard
 input (what `_serve` needs). What happens goes to the standard output in the same way: the number of
@@ -6,7 +6,8 @@ a process that has ``started``, or why it was ``refused``, what a worker has ``s
 standard output or error), and how it ``ended``. When its input ends, as it does when the master is
 gone, however that was, it kills all workers with their children and removes their folders. Signals
 that ask for an end are for the master: a batch system sends them to all processes. Standard library
-only, and run by its path: it starts in 40 ms.
+only, and run by its path: it starts in 40 ms. FMUs in the master's process are loaded by the same
+`load_library`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import selectors
 import shutil
 import signal
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -229,45 +231,41 @@ def _serve(request: Request) -> None:
     channel = ctypes.byref((ctypes.c_char * len(memory)).from_buffer(memory))
     try:
         _settle(request)
-        functions = _loaded(request)
+        library = load_library(request["library"], request["needed"])
     except Exception as error:  # noqa: BLE001  the master raises it
         runtime.m4e_remote_refuse(channel, str(error).encode())
         return
-    runtime.m4e_remote_serve(channel, functions)
+    os.chdir(request["folder"])
+    functions = [getattr(library, name, None) for name in request["functions"]]
+    addresses = [f and ctypes.cast(f, ctypes.c_void_p).value for f in functions]
+    runtime.m4e_remote_serve(channel, (ctypes.c_void_p * len(addresses))(*addresses))
 
 
 def _settle(request: Request) -> None:
-    """Environment, search path and limits; the working folder is that of the library for now."""
+    """Environment, search path and limits."""
     os.environ.update(request["environment"])
     sys.path[:] = request["path"]
     if request["limit"] is not None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (request["limit"], request["limit"]))
-    os.chdir(Path(request["library"]).parent)  # where some find the libraries that they need
 
 
-def _loaded(request: Request) -> ctypes.Array[ctypes.c_void_p]:
-    """Addresses of the FMU's functions, in the order of the runtime's list; None for no function.
+def load_library(path: str, needed: Iterable[str]) -> ctypes.CDLL:
+    """The FMU's library at `path`, with its folder as the working folder from then on.
 
-    AttributeError if it lacks one of those that it has to have.
+    OSError if it cannot be loaded, AttributeError if it lacks one of the functions `needed`.
     """
-    path = request["library"]
     if not Path(path).is_file():
         raise FileNotFoundError(f"Cannot find shared library {path}.")
+    os.chdir(Path(path).parent)  # where some find the libraries that they need
     try:
         library = ctypes.CDLL(path)
     except OSError as error:
         raise OSError(f"Failed to load shared library {path}. {error}") from error
-    for name in request["needed"]:
+    for name in needed:
         getattr(library, name)
-    os.chdir(request["folder"])
-    functions = (ctypes.c_void_p * len(request["functions"]))()
-    for k, name in enumerate(request["functions"]):
-        function = getattr(library, name, None) if name else None
-        if function is not None:
-            functions[k] = ctypes.cast(function, ctypes.c_void_p).value
-    return functions
+    return library
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""FMUs in processes of their own, as the master has them: started, watched, ended.
+"""FMUs in processes of their own: started, watched, ended, and how one crashed, hung or exited.
 
-`Host` says under which conditions; the functions by which they are called are the runtime's, in
-remote.h, which `proxies` has in the form in which FMPy has those of a loaded library.
+A `Worker` is such a process of the master's; its `ending` is worded here for the error of a run.
+`Host` has the limits. The functions by which they are called are the runtime's:
+m4e_remote_fmi2DoStep, in remote.h, stands for fmi2DoStep of an FMU.
 """
 
 from __future__ import annotations
@@ -24,10 +25,8 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
-from types import SimpleNamespace
 from typing import IO
 
-from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.worker import keeper as keeper_program
 from m4e_fmi.runtime.library import library_path
 
@@ -53,7 +52,7 @@ PASSED = (
     *("DYLD_LIBRARY_PATH", "VIRTUAL_ENV", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"),
 )
 """Variables of the environment that workers get."""
-ENDS = ("Terminate", "Free", "unloading")
+ENDS = ("Terminate", "FreeInstance", "FreeSlaveInstance", "unloading")
 """How the names of calls begin, without prefix, that have the limit for the end."""
 
 
@@ -122,58 +121,13 @@ def function_names() -> tuple[str, ...]:
     return tuple(found.m4e_remote_names().decode("ascii").split())
 
 
-class RemoteLibrary:
-    """Takes the place of a library that FMPy loads; its attributes are the functions asked for.
-
-    Those that workers have are the runtime's; the others are there, but cannot be called. `prefix`
-    is that of the names in the FMU's library.
-    """
-
-    def __init__(self, prefix: str) -> None:
-        self._prefix = prefix
-
-    def __getattr__(self, name: str) -> object:
-        found: object = SimpleNamespace()
-        own = name.removeprefix(self._prefix)
-        if own in function_names():
-            library = remote_library()
-            assert library is not None
-            found = library[f"m4e_remote_{own}"]  # a new object each time
-        setattr(self, name, found)
-        return found
-
-    @property
-    def required_functions(self) -> list[str]:
-        """Names of the functions that the FMU's library has to have."""
-        return [name for name in vars(self) if name.startswith(f"{self._prefix}fmi")]
-
-    def callable_names(self) -> list[str]:
-        """The names in the FMU's library of what workers can call, "" of other versions of FMI."""
-        names = [self._prefix + name for name in function_names()]
-        return [name if name in vars(self) else "" for name in names]
-
-
-def proxies(kind: type, *, identifier: str, guid: str, folder: str) -> FmpyInstance:
-    """FMPy's object of class `kind` for an FMU in a worker; its library is a `RemoteLibrary`.
-
-    Its instance is made in the worker of which `next_instance` was called last in this thread.
-    """
-    found = object.__new__(kind)
-    found.guid, found.modelIdentifier, found.unzipDirectory = guid, identifier, folder
-    found.instanceName, found.fmiCallLogger, found.requireFunctions = identifier, None, True
-    found.component = found.callbacks = None
-    found.dll = RemoteLibrary(f"{identifier}_" if "1" in kind.__name__ else "")
-    found._functions = {}
-    found._loadFunctions()
-    return found
-
-
 class Worker:
     """An FMU's library in a process of its own; `leave` it, then `wait` for its end.
 
     `address` is the client's side of its channel, which is the FMU's component there. `folder` is
     the process's working folder, to which its shared memory is written, and `name` the FMU's in
-    messages. `request` is what else the keeper's `_serve` needs. Functions in a worker answer LOST
+    messages. `request` is what else the keeper's `_serve` needs, `runtime` the library with the
+    functions. Functions in a worker answer LOST
     from when it is gone; `ending` then says how, and is empty otherwise. `notice` is called, in
     another thread, with a line on a call that takes long.
     OSError if the process cannot be started.
@@ -184,7 +138,7 @@ class Worker:
         assert runtime is not None
         self.name, self.host, self.ending, self._refusal = name, host, "", ""
         self.notice: Callable[[str], None] = lambda _: None
-        self._runtime = runtime
+        self.runtime = runtime
         self._said, self._began, self._seen, self._told = "", time.monotonic(), 0, False
         self._gone, self._leaving, self._process = threading.Event(), False, 0
         size = int(runtime.m4e_remote_size())
@@ -210,22 +164,22 @@ class Worker:
 
         OSError if the process could not be started.
         """
-        status = self._runtime.m4e_remote_await(self.address)
+        status = self.runtime.m4e_remote_await(self.address)
         if self._refusal:
             raise OSError(self._refusal)
         if self.ending:
             return self.ending
-        return self._runtime.m4e_remote_text(self.address).decode("utf-8", "replace") * bool(status)
+        return self.runtime.m4e_remote_text(self.address).decode("utf-8", "replace") * bool(status)
 
     def next_instance(self) -> None:
         """The next instance that this thread makes by the runtime's functions is in this worker."""
-        self._runtime.m4e_remote_use(self.address)
+        self.runtime.m4e_remote_use(self.address)
 
     def leave(self) -> None:
         """Have the process end; nothing waits for that."""
         if not (self.ending or self._leaving):
             self._leaving = True
-            if self._runtime.m4e_remote_end(self.address):
+            if self.runtime.m4e_remote_end(self.address):
                 self.kill()
 
     def wait(self) -> None:
@@ -233,7 +187,7 @@ class Worker:
         if not self._gone.wait(LAST if self._leaving else 0.0):
             self.kill()
             self._gone.wait(KILLED)
-        self._runtime.m4e_remote_free(self.address)
+        self.runtime.m4e_remote_free(self.address)
 
     def end(self, why: str) -> None:
         """Kill the process; `why` is its ending."""
@@ -252,7 +206,7 @@ class Worker:
 
     def _lose(self, why: str) -> None:
         self.ending = self.ending or why
-        self._runtime.m4e_remote_give_up(ctypes.addressof(self._channel))
+        self.runtime.m4e_remote_give_up(ctypes.addressof(self._channel))
 
     @property
     def call(self) -> str:
@@ -266,7 +220,7 @@ class Worker:
 
     def flush(self) -> int:
         """Status of functions that set values, and have not been performed yet."""
-        return self._runtime.m4e_remote_flush(self.address)
+        return self.runtime.m4e_remote_flush(self.address)
 
     @property
     def words(self) -> str:

@@ -77,7 +77,7 @@ def _assumed_step(context: Context, error: RefusedError) -> Finding:
 
 
 def _version(context: Context) -> tuple[str, str]:
-    dll = context.loaded(exchange=context.subject.exchanges).dll
+    dll = context.loaded(exchange=context.subject.exchanges).library
     context.journal("GetVersion()")
     if context.subject.fmi_3:
         return _text(dll.fmi3GetVersion()), "default"
