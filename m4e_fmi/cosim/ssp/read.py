@@ -32,7 +32,7 @@ from m4e_fmi.cosim.ssp.package import (
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
 from m4e_fmi.cosim.system.component import Component, FmuFile
 from m4e_fmi.cosim.system.connection_text import ConnectionText
-from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.cosim.wiring.connect import connect
 from m4e_fmi.cosim.wiring.links import SAME_UNIT, Wiring
@@ -331,7 +331,7 @@ def _simulation(package: Package, root: Element) -> Simulation:
         settings["step_size"] = (settings["stop_time"] - start) / STEPS
         package.note(f"names no step: {settings['step_size']:g} s is taken (--step-size)")
     try:
-        return Simulation(**SimulationSection(**settings).model_dump())
-    except ValidationError as error:
-        package.reject(root, f"its experiment: {error.errors()[0]['msg']}")
+        return Simulation(**settings)
+    except InputError as error:
+        package.reject(root, f"its experiment: {error.problems[0].message}")
         return Simulation(STOP_TIME, STOP_TIME / STEPS)

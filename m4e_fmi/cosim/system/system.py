@@ -196,7 +196,7 @@ class System(Displayed):
         given = {k: v for k, v in simulation.items() if v is not None and k in SETTINGS}
         settings = self.simulation
         try:
-            settings = replace(settings, **given)  # pyrefly: ignore[bad-argument-type]
+            settings = replace(settings, **given)
         except InputError as error:
             problems += [caller.problem("", p.message, p.remedy) for p in error.problems]
         if problems:
