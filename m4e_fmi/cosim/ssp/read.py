@@ -71,7 +71,7 @@ def read_ssp(path: str | pathlib.Path) -> System:
     start = _start(package, tree, flows, descriptions, units)
     inputs, outputs = _outside(package, tree, flows, names)
     simulation = _simulation(package, root)
-    links = [f for f in flows if f.origin[0] in names and f.sink[0] in names]
+    links = [f for f in flows if f.start[0] in names and f.end[0] in names]
     connections = tuple(dict.fromkeys(_text(flow, names) for flow in links))
     if package.problems:
         raise InputError(dict.fromkeys(package.problems))
@@ -232,8 +232,8 @@ def _start(
     leads_to: dict[Signal, list[Signal]] = {}
     for flow in flows:
         if flow.is_plain:
-            for at in (flow.origin, *(edge.end for edge in flow.edges[1:])):
-                leads_to.setdefault(at, []).append(flow.sink)
+            for at in (flow.start, *flow.passed):
+                leads_to.setdefault(at, []).append(flow.end)
     start: dict[Path, dict[str, Value]] = {}
     for node in tree.nodes():
         for parameter in bound_parameters(package, node, units):
@@ -261,12 +261,12 @@ def _outside(
     inputs: dict[str, list[str]] = {}
     outputs: dict[str, str] = {}
     for flow in flows:
-        (origin, name), (sink, variable) = flow.origin, flow.sink
+        (origin, name), (sink, variable) = flow.start, flow.end
         if (origin == ()) == (sink == ()):
             continue
         if not flow.is_plain:
             message = f"the system's own {name if origin == () else variable!r} is transformed"
-            package.reject(flow.edges[-1].element, message, "connect it as it is")
+            package.reject(flow.element, message, "connect it as it is")
         elif origin == () and sink in names:
             inputs.setdefault(name, []).append(f"{names[sink]}.{variable}")
         elif sink == () and origin in names:
@@ -278,7 +278,7 @@ def _outside(
 
 
 def _text(flow: SignalPath, names: dict[Path, str]) -> str:
-    (origin, output), (sink, taken) = flow.origin, flow.sink
+    (origin, output), (sink, taken) = flow.start, flow.end
     return str(
         ConnectionText(
             f"{names[origin]}.{output}",
