@@ -79,8 +79,7 @@ def prepare(
         wiring = connect(system, descriptions)
         paced, finer = refined(system, descriptions)
         rates = pace(paced, descriptions)
-        if problems := scenario_problems(paced, descriptions, wiring):
-            raise InputError(problems)
+        InputError.raise_for(scenario_problems(paced, descriptions, wiring))
         apart, missing = available(system, hosts(system, descriptions))
         descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
         descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
@@ -119,8 +118,7 @@ def described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Descrip
             descriptions[component.name] = component.described(description)
         except InputError as error:
             problems += error.problems
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return descriptions
 
 

@@ -132,8 +132,8 @@ def checked(root: Element, file: str, namespace: str) -> Element:
     if version and not version.startswith("1."):
         message = f"is SSP {version}; SSP 1.0 is read here"
         raise InputError([Problem(message, "export it as SSP 1.0", file, root.sourceline or 0)])
-    if found := list(broken_names(root)):
-        raise InputError(Problem(message, "", file, line) for line, message in found)
+    broken = broken_names(root)
+    InputError.raise_for(Problem(message, "", file, line) for line, message in broken)
     schema = _schema(namespace)
     if not schema.validate(root):
         raise InputError(

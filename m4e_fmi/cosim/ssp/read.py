@@ -73,8 +73,7 @@ def read_ssp(path: str | pathlib.Path) -> System:
     simulation = _simulation(package, root)
     links = [f for f in flows if f.start[0] in names and f.end[0] in names]
     connections = tuple(dict.fromkeys(_text(flow, names) for flow in links))
-    if package.problems:
-        raise InputError(dict.fromkeys(package.problems))
+    InputError.raise_for(dict.fromkeys(package.problems))
     title = root.get("name")
     name = re.sub(r'[/\\:*?"<>|\x00-\x1f]', "_", title).strip(". ") or "system"
     if name != title:

@@ -173,8 +173,7 @@ class System(Displayed):
 
     def __post_init__(self) -> None:
         found = step_problems(self.components, self.simulation)
-        if found:
-            raise InputError([self.problem(p.keys, p.message, p.remedy) for p in found])
+        InputError.raise_for(self.problem(p.keys, p.message, p.remedy) for p in found)
 
     def changed(
         self, *, start: Start | None = None, origin: str = "", **simulation: object
@@ -199,8 +198,7 @@ class System(Displayed):
             settings = replace(settings, **given)
         except InputError as error:
             problems += [caller.problem("", p.message, p.remedy) for p in error.problems]
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
         return replace(
             self,
             components=components,

@@ -72,8 +72,7 @@ def chosen(
             problems.append(
                 Problem(f"no output is called {pattern!r}", suggestion(pattern, known, "outputs"))
             )
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return {name: list(members.values()) for name, members in found.items()}
 
 
