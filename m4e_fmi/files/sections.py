@@ -293,10 +293,6 @@ def _too_long(case: _Case) -> Complaint:
     return Complaint(case.location, f"{name}: too many entries, {count}", remedy)
 
 
-def _rejected(case: _Case) -> Complaint:
-    return Complaint(case.location, str(case.context["message"]), str(case.context["remedy"]))
-
-
 def _unknown_word(case: _Case) -> Complaint:
     words = str(case.context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
     given = str(case.given)
@@ -405,7 +401,7 @@ _SENTENCES: dict[str, Callable[[_Case], Complaint]] = {
     "unexpected_keyword_argument": _unknown_key,
     "missing": _missing,
     "too_long": _too_long,
-    "rejected": _rejected,
+    "rejected": lambda case: Complaint(case.location, *map(str, case.context.values())),
     "literal_error": _unknown_word,
     "union_tag_invalid": _unknown_tag,
     "union_tag_not_found": _missing_tag,

@@ -66,8 +66,8 @@ def prepare(
     InputError with all problems of the FMU files, else of connections and start values, else of
     components' own steps, else of the scenario; RunError for a build that failed, or without the C
     library. `tell` receives a line per step of a build. FMUs that declare no dependencies and have
-    connected inputs are probed (`probing`), and foreign ones that say they can go back, or take
-    derivatives of inputs, are tried (`state_trials`).
+    connected inputs are probed (`dependence_probing`), and foreign ones that say they can go back,
+    or take derivatives of inputs, are tried (`state_trials`).
     """
     with ONE_RUN:
         system = _as_system(system, tell)

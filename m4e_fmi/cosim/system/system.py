@@ -22,11 +22,7 @@ KINDS = ("set", "ramp", "freeze", "offset", "replace", "broken_line")
 """The kinds of actions."""
 
 
-def _several(written: object) -> object:
-    return (written,) if isinstance(written, str) else written
-
-
-Names = Annotated[tuple[str, ...], BeforeValidator(_several)]
+Names = Annotated[tuple[str, ...], BeforeValidator(lambda x: (x,) if isinstance(x, str) else x)]
 """One name, or a list of names."""
 
 
