@@ -91,17 +91,8 @@ class Processes:
 
     def host(self, limits: ProcessLimits) -> Host:
         """The conditions for a component with `limits` of its own."""
-        default, general = Host(), self.limits
-
-        def first(*given: float | None) -> float:
-            return next(value for value in given if value is not None)
-
-        return Host(
-            call=first(limits.call, general.call, default.call),
-            end=first(limits.end, general.end, default.end),
-            memory=general.memory if limits.memory is None else limits.memory,
-            keep=self.keep,
-        )
+        general, own = (one.model_dump(exclude_none=True) for one in (self.limits, limits))
+        return Host(**{**general, **own}, keep=self.keep)
 
 
 @dataclass(frozen=True)
