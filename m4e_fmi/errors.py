@@ -76,6 +76,12 @@ class InputError(M4eError):
         """The error with one problem."""
         return cls([Problem(message, remedy, file, keys=keys)])
 
+    @classmethod
+    def raise_for(cls, problems: Iterable[Problem]) -> None:
+        """InputError with these problems, if there are any."""
+        if found := list(problems):
+            raise cls(found)
+
 
 class UnknownNameError(InputError, KeyError):
     """A name that is not there; a KeyError as well, for those who catch that."""

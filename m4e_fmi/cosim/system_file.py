@@ -22,10 +22,7 @@ from m4e_fmi.cosim.system.component import (
     kinds,
 )
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
-from m4e_fmi.cosim.system.simulation import (
-    Simulation,
-    SimulationSection,
-)
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import Action, ParameterSet, System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section
@@ -57,7 +54,7 @@ class _SystemSection(Section):
     components: dict[str, dict[str, Any]]
     connections: tuple[str, ...] = ()
     scenario: dict[ActionName, Action] = Field(default_factory=dict)
-    simulation: SimulationSection
+    simulation: Simulation
     limits: ProcessLimits = ProcessLimits()
     environment: _EnvironmentSection = _EnvironmentSection()
 
@@ -104,7 +101,7 @@ def read_system(document: Document) -> System:
         name=section.name,
         components=tuple(components),
         connections=tuple(" ".join(text.split()) for text in section.connections),
-        simulation=Simulation(**section.simulation.model_dump()),
+        simulation=section.simulation,
         description=section.description,
         inputs=section.inputs,
         outputs=section.outputs,

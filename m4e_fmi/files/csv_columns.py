@@ -94,8 +94,7 @@ def read_columns(
     columns = [(header[place], unit) for place, unit in zip(places, units, strict=True)]
     unclear = _header_problems(header, dict.fromkeys(names), known, asked or {})
     unclear += filter(None, (_unit_problem(*column) for column in dict.fromkeys(columns)))
-    if unclear:
-        raise InputError(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
+    InputError.raise_for(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
     factors = [
         number_in(unit, f"1 {heading(name)[1] or unit}") if unit else 1.0 for name, unit in columns
     ]
@@ -121,8 +120,7 @@ def read_columns(
         for line, row in rows[1:]
         if any(entry.strip() for entry in row[len(header) :])
     ]
-    if problems:
-        raise InputError(shortened(problems))
+    InputError.raise_for(shortened(problems))
     names = tuple(name for name, _ in columns)
     return Columns(path, names, tuple(line for line, _ in rows[1:]), values, lines)
 

@@ -32,11 +32,13 @@ _PLAIN_WORDS = {
     "bool_parsing": "true or false",
     "dict_type": "'key: value' lines",
     "model_type": "'key: value' lines",
+    "dataclass_type": "'key: value' lines",
     "model_attributes_type": "'key: value' lines",
     "tuple_type": "a list",
     "list_type": "a list",
 }
-_SHAPES = ("dict_type", "model_type", "model_attributes_type", "tuple_type", "list_type")
+_SECTIONS = ("model_type", "dataclass_type")
+_SHAPES = ("dict_type", *_SECTIONS, "model_attributes_type", "tuple_type", "list_type")
 """Errors of a value as a whole that should be a list or a section."""
 _OF_UNIONS = re.compile(r"(tuple|list|dict|union)\[")
 _LIMITS = {
@@ -142,10 +144,9 @@ def types_at(annotation: object, location: Location) -> list[Any]:
 
 
 def fields_of(kind: object) -> dict[str, FieldInfo]:
-    """Fields of a section by their keys; none of anything else."""
-    if not (isinstance(kind, type) and issubclass(kind, BaseModel)):
-        return {}
-    return {field.alias or name: field for name, field in kind.model_fields.items()}
+    """Fields of a section, or of a checked dataclass, by their keys; none of anything else."""
+    found = getattr(kind, "__pydantic_fields__", {})
+    return {field.alias or name: field for name, field in found.items()}
 
 
 def tags(kind: object) -> set[str]:
@@ -292,10 +293,6 @@ def _too_long(case: _Case) -> Complaint:
     return Complaint(case.location, f"{name}: too many entries, {count}", remedy)
 
 
-def _rejected(case: _Case) -> Complaint:
-    return Complaint(case.location, str(case.context["message"]), str(case.context["remedy"]))
-
-
 def _unknown_word(case: _Case) -> Complaint:
     words = str(case.context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
     given = str(case.given)
@@ -342,7 +339,7 @@ def _instead(case: _Case) -> str:
         return f"write a number {_LIMITS[kind]} {limit:g}"
     if kind == "dict_type" and isinstance(given, list):
         return f"give each entry a name: {case.keys[-1]}: {{name: {{…}}}}"
-    return _example(case) if kind == "model_type" else ""
+    return _example(case) if kind in _SECTIONS else ""
 
 
 def _unit_beside(case: _Case) -> str:
@@ -401,9 +398,10 @@ def _got(value: object) -> str:
 
 _SENTENCES: dict[str, Callable[[_Case], Complaint]] = {
     "extra_forbidden": _unknown_key,
+    "unexpected_keyword_argument": _unknown_key,
     "missing": _missing,
     "too_long": _too_long,
-    "rejected": _rejected,
+    "rejected": lambda case: Complaint(case.location, *map(str, case.context.values())),
     "literal_error": _unknown_word,
     "union_tag_invalid": _unknown_tag,
     "union_tag_not_found": _missing_tag,

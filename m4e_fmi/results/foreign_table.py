@@ -114,8 +114,7 @@ def without_clock(path: Path, rows: Sequence[Line]) -> tuple[list[Line], Clock |
         for (number, line), match in zip(lines, matches, strict=True)
         if not match
     ]
-    if problems:
-        raise InputError(shortened(problems))
+    InputError.raise_for(shortened(problems))
     whole = [match for match in matches if match]
     clock = _clock(path, lines, whole, dated=pattern is patterns[0])
     replaced = []
@@ -144,8 +143,7 @@ def _clock(
         back = [k for k in range(1, len(moments)) if moments[k][1] < moments[k - 1][1] - DAY / 2]
         message = "the time of day is past midnight, and no date tells the day"
         problems += [Problem(message, REMEDY, str(path), lines[k][0], 1) for k in back]
-    if problems:
-        raise InputError(shortened(problems))
+    InputError.raise_for(shortened(problems))
     days, seconds = (np.array(column, float) for column in zip(*moments, strict=True))
     return Clock(
         seconds=DAY * (days - days[0]) + (seconds - seconds[0]),
@@ -284,8 +282,7 @@ def read_foreign_table(path: Path) -> ForeignTable:
     place = _place(form, rows[first][1], clock) if clock else None
     names, units, skipped = _headings(path, form, above, rows[first], place)
     values, problems = _values(path, form, rows[first:], len(names))
-    if problems:
-        raise InputError(shortened(problems))
+    InputError.raise_for(shortened(problems))
     columns = [
         TableVariable(name, unit, column)
         for name, unit, column in zip(names, units, values.T, strict=True)
@@ -409,8 +406,7 @@ def _names(
         for name in dict.fromkeys(names)
         if names.count(name) > 1 and name
     ]
-    if problems:
-        raise InputError(shortened(problems))
+    InputError.raise_for(shortened(problems))
     return number, names, units
 
 

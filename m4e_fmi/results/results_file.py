@@ -1,8 +1,9 @@
 """Results files: reading netCDF, and writing a result as netCDF or CSV.
 
 Whole files are netCDF-4: the dimension and the variable `time` are at the root; each group holds
-the variables of one component, or of the one model that was simulated. A run that goes on, or was
-killed, has rows in netCDF's classic form: see `row_file`. CSV has one column for each variable,
+the variables of one component, or of the one model that was simulated. Attributes of the root say
+what ran, with which settings, and how it ended. A run that goes on, or was killed, has rows in
+netCDF's classic form: see `row_file`. CSV has one column for each variable,
 ``component.variable``, whose unit follows in brackets.
 """
 

@@ -85,7 +85,7 @@ class Recorded:
     def stored(self, cells: np.ndarray, text_at: Callable[[int], str]) -> np.ndarray:
         """Values (n,) in a netCDF-4 file for `cells` (n,), in the variable's unit.
 
-        Cells are int64, see cosim's `standards.typed`, but those of Reals. Texts are found by
+        Cells are int64, see `fmu.importer.calls.access`, but those of Reals. Texts are found by
         their places.
         """
         if self.is_real:

@@ -31,6 +31,7 @@ from m4e_fmi.cosim import load_system
 from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import kind_module, kinds
 from m4e_fmi.cosim.system_file import _FileSection, _ParameterSection, _SystemSection
+from m4e_fmi.files.sections import fields_of
 from m4e_fmi.model.chrono.sections import ModelFileSection
 from m4e_fmi.model.yaml import ModelSection
 from m4e_fmi.results.results_file import load
@@ -52,8 +53,7 @@ FILES: dict[str, type[BaseModel]] = {
 
 def keys(section: type[BaseModel], above: tuple[type[BaseModel], ...] = ()) -> Iterator[str]:
     """Paths of all keys of a section; `*` stands for a name, `[]` for an entry of a list."""
-    for name, field in section.model_fields.items():
-        key = field.alias or name
+    for key, field in fields_of(section).items():
         yield key
         for way, below in sections(field.annotation):
             if below not in (*above, section):
@@ -62,7 +62,7 @@ def keys(section: type[BaseModel], above: tuple[type[BaseModel], ...] = ()) -> I
 
 def sections(annotation: Any, way: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
     """The sections that a type leads to, and the way there."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+    if fields_of(annotation):
         yield way, annotation
         return
     origin = getattr(annotation, "__origin__", None)

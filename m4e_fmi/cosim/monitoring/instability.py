@@ -157,10 +157,10 @@ class Instability:
         return largest_growth(np.array(self._times), columns, decades=decades)
 
     def _nominal(self, name: str) -> float:
-        return max(1.0, self._network.nominal(_port(name)))
+        return max(1.0, self._network.nominal(Port.named(name)))
 
     def _text(self, grown: Growth) -> str:
-        port = _port(grown.name)
+        port = Port.named(grown.name)
         instance = self._network.instances[port.component]
         variable = instance.description.variables[port.variable]
         return grown.text(variable.description, variable.unit)
@@ -210,8 +210,3 @@ def _acceleration(links: Sequence[Link], network: Network) -> Link | None:
         if {name: power for name, power in powers if power} in ACCELERATION:
             return link
     return None
-
-
-def _port(name: str) -> Port:
-    component, _, variable = name.partition(".")
-    return Port(component, variable)

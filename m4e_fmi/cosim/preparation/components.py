@@ -139,15 +139,11 @@ def checked_inputs(system: System, *, ready: Mapping[str, Path] | None = None) -
             if found is not None:
                 descriptions[component.name] = component.described(found)
                 known.append(_without_memory(component, found))
-    if problems:
-        raise InputError(dict.fromkeys(problems))
+    InputError.raise_for(dict.fromkeys(problems))
     if len(known) == len(system.components):
         system = replace(system, components=tuple(known))
         wiring = connect(system, descriptions)
-        if system.scenario:
-            problems = scenario_problems(system, descriptions, wiring)
-    if problems:
-        raise InputError(problems)
+        InputError.raise_for(scenario_problems(system, descriptions, wiring))
     return drafts
 
 
@@ -257,8 +253,7 @@ def ready_fmus(
                 files[name] = ReadyFmu(source.path)
         except InputError as error:
             problems += [system.located(name, problem) for problem in error.problems]
-    if problems:
-        raise InputError(dict.fromkeys(problems))
+    InputError.raise_for(dict.fromkeys(problems))
     return files
 
 

@@ -66,8 +66,8 @@ def prepare(
     InputError with all problems of the FMU files, else of connections and start values, else of
     components' own steps, else of the scenario; RunError for a build that failed, or without the C
     library. `tell` receives a line per step of a build. FMUs that declare no dependencies and have
-    connected inputs are probed (`probing`), and foreign ones that say they can go back, or take
-    derivatives of inputs, are tried (`state_trials`).
+    connected inputs are probed (`dependence_probing`), and foreign ones that say they can go back,
+    or take derivatives of inputs, are tried (`state_trials`).
     """
     with ONE_RUN:
         system = _as_system(system, tell)
@@ -79,8 +79,7 @@ def prepare(
         wiring = connect(system, descriptions)
         paced, finer = refined(system, descriptions)
         rates = pace(paced, descriptions)
-        if problems := scenario_problems(paced, descriptions, wiring):
-            raise InputError(problems)
+        InputError.raise_for(scenario_problems(paced, descriptions, wiring))
         apart, missing = available(system, hosts(system, descriptions))
         descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
         descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
@@ -119,8 +118,7 @@ def described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Descrip
             descriptions[component.name] = component.described(description)
         except InputError as error:
             problems += error.problems
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return descriptions
 
 

@@ -1,8 +1,8 @@
 """Recorded values of one component: rows in memory, and the operations that fill them.
 
 Outputs are as they were exchanged, or read with those; what the network does not know, the FMU
-tells. Reals are in a block of float64; all others in one of cells (see `standards.typed`). Outputs
-that leave the range which their FMU declares are noted.
+tells. Reals are in a block of float64; all others in one of cells (`fmu.importer.calls.access`).
+Outputs that leave the range which their FMU declares are noted.
 """
 
 from __future__ import annotations

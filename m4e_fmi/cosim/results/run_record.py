@@ -1,4 +1,7 @@
-"""The record that results carry for reports, of a run that begins."""
+"""The part of the record that results carry for reports which is known when a run begins.
+
+Its types are in `report.run_report.record`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Elements of an SSP package, systems and components, and the flow of values between them.
+"""Elements of an SSP package: connectors with types and units, and the flow between them.
 
 Connectors of systems only pass values on: they are followed back from every input to the
 output at the other end, factors and offsets of the connections on the way multiplied and added.
@@ -38,7 +38,6 @@ UnitOf = Callable[[Signal], Definition | None]
 class Connector:
     """A variable at the edge of an element; `type` and `unit` are None where nothing is said."""
 
-    name: str
     kind: str
     type: str | None
     unit: Definition | None
@@ -131,13 +130,17 @@ def _connectors(
         name = item.get("name")
         if name in found:
             package.reject(item, f"two connectors are called {name!r}", "rename one")
-        found[name] = Connector(name, item.get("kind"), types[0] if types else None, unit, item)
+        found[name] = Connector(item.get("kind"), types[0] if types else None, unit, item)
     return found
 
 
 @dataclass(frozen=True)
-class _Edge:
-    """One connection of the file: `end` = `factor` · `start` + `offset`, after unit conversion."""
+class SignalPath:
+    """`end` = `factor` · `start` + `offset`, after unit conversion: a connection, or several.
+
+    `passed` are the connectors between the two, from the end back; `element` has the connection
+    that begins at the start.
+    """
 
     start: Signal
     end: Signal
@@ -145,18 +148,7 @@ class _Edge:
     offset: float
     units_ignored: bool
     element: Element
-
-
-@dataclass(frozen=True)
-class SignalPath:
-    """The way of one value from `origin` to `sink`; `edges` from the sink back."""
-
-    origin: Signal
-    sink: Signal
-    factor: float
-    offset: float
-    units_ignored: bool
-    edges: tuple[_Edge, ...]
+    passed: tuple[Signal, ...] = ()
 
     @property
     def is_plain(self) -> bool:
@@ -164,7 +156,7 @@ class SignalPath:
         return (self.factor, self.offset, self.units_ignored) == (1.0, 0.0, False)
 
 
-def read_edges(package: Package, system: Node) -> list[_Edge]:
+def read_edges(package: Package, system: Node) -> list[SignalPath]:
     """All connections of a system and those below it."""
     edges = []
     for node in system.nodes():
@@ -175,7 +167,7 @@ def read_edges(package: Package, system: Node) -> list[_Edge]:
     return edges
 
 
-def _edge(package: Package, system: Node, element: Element) -> _Edge | None:
+def _edge(package: Package, system: Node, element: Element) -> SignalPath | None:
     ends = [_end(package, system, element, side) for side in ("start", "end")]
     if None in ends:
         return None
@@ -196,7 +188,7 @@ def _edge(package: Package, system: Node, element: Element) -> _Edge | None:
             message = f"{child.tag.removeprefix(SSC)} on the connection to {_dotted(end)}"
             package.reject(element, message, "only linear transformations of Reals are read")
     ignored = element.get("suppressUnitConversion", "false") in ("true", "1")
-    return _Edge(start, end, factor, offset, ignored, element)
+    return SignalPath(start, end, factor, offset, ignored, element)
 
 
 def _end(package: Package, system: Node, element: Element, side: str) -> tuple[Signal, str] | None:
@@ -214,9 +206,9 @@ def _end(package: Package, system: Node, element: Element, side: str) -> tuple[S
     return (node.path, name), role
 
 
-def follow(package: Package, edges: list[_Edge], units: UnitOf) -> list[SignalPath]:
+def follow(package: Package, edges: list[SignalPath], units: UnitOf) -> list[SignalPath]:
     """The flow into every signal that passes nothing on; problems where one has two sources."""
-    into: dict[Signal, _Edge] = {}
+    into: dict[Signal, SignalPath] = {}
     for edge in edges:
         other = into.setdefault(edge.end, edge)
         if other is not edge:
@@ -233,9 +225,9 @@ def follow(package: Package, edges: list[_Edge], units: UnitOf) -> list[SignalPa
 
 
 def _flow(
-    package: Package, into: dict[Signal, _Edge], sink: Signal, units: UnitOf
+    package: Package, into: dict[Signal, SignalPath], sink: Signal, units: UnitOf
 ) -> SignalPath | None:
-    edges: list[_Edge] = []
+    edges: list[SignalPath] = []
     at = sink
     while at in into:
         if into[at] in edges:
@@ -260,7 +252,8 @@ def _flow(
                 return None
             offset += factor * scale * edge.offset
         factor *= edge.factor
-    return SignalPath(at, sink, factor, offset, ignored.pop(), tuple(edges))
+    passed = tuple(edge.end for edge in edges[1:])
+    return SignalPath(at, sink, factor, offset, ignored.pop(), edges[-1].element, passed)
 
 
 def _scale(give: Definition | None, take: Definition | None) -> float | None:

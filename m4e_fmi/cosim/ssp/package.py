@@ -53,7 +53,7 @@ OSP = "com.opensimulationplatform"
 OSP_SPACE = "{http://opensimulationplatform.com/SSP/OSPAnnotations}"
 GRAPHICS = ("ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "SystemGeometry",
             "GraphicalElements")  # fmt: skip
-"""Suffix of an SSP package; any other file with a system is YAML."""
+"""Elements that say how a system is drawn."""
 
 
 class Package:
@@ -82,13 +82,9 @@ class Package:
         return InputError.single(message, remedy, str(self.path))
 
     def reject(self, element: Element, message: str, remedy: str = "") -> None:
-        """Note a problem with what `element` says."""
-        self.problems.append(self.problem(element, message, remedy))
-
-    def problem(self, element: Element, message: str, remedy: str = "") -> Problem:
-        """A problem with what `element` says, at its place."""
+        """Note a problem with what `element` says, at its place."""
         file = element.getroottree().docinfo.URL or ""
-        return Problem(message, remedy, file, element.sourceline or 0)
+        self.problems.append(Problem(message, remedy, file, element.sourceline or 0))
 
     def note(self, text: str) -> None:
         """Note a part that is left out or changed."""
@@ -136,8 +132,8 @@ def checked(root: Element, file: str, namespace: str) -> Element:
     if version and not version.startswith("1."):
         message = f"is SSP {version}; SSP 1.0 is read here"
         raise InputError([Problem(message, "export it as SSP 1.0", file, root.sourceline or 0)])
-    if found := list(broken_names(root)):
-        raise InputError(Problem(message, "", file, line) for line, message in found)
+    broken = broken_names(root)
+    InputError.raise_for(Problem(message, "", file, line) for line, message in broken)
     schema = _schema(namespace)
     if not schema.validate(root):
         raise InputError(

@@ -32,7 +32,7 @@ from m4e_fmi.cosim.ssp.package import (
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
 from m4e_fmi.cosim.system.component import Component, FmuFile
 from m4e_fmi.cosim.system.connection_text import ConnectionText
-from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.cosim.wiring.connect import connect
 from m4e_fmi.cosim.wiring.links import SAME_UNIT, Wiring
@@ -71,10 +71,9 @@ def read_ssp(path: str | pathlib.Path) -> System:
     start = _start(package, tree, flows, descriptions, units)
     inputs, outputs = _outside(package, tree, flows, names)
     simulation = _simulation(package, root)
-    links = [f for f in flows if f.origin[0] in names and f.sink[0] in names]
+    links = [f for f in flows if f.start[0] in names and f.end[0] in names]
     connections = tuple(dict.fromkeys(_text(flow, names) for flow in links))
-    if package.problems:
-        raise InputError(dict.fromkeys(package.problems))
+    InputError.raise_for(dict.fromkeys(package.problems))
     title = root.get("name")
     name = re.sub(r'[/\\:*?"<>|\x00-\x1f]', "_", title).strip(". ") or "system"
     if name != title:
@@ -232,8 +231,8 @@ def _start(
     leads_to: dict[Signal, list[Signal]] = {}
     for flow in flows:
         if flow.is_plain:
-            for at in (flow.origin, *(edge.end for edge in flow.edges[1:])):
-                leads_to.setdefault(at, []).append(flow.sink)
+            for at in (flow.start, *flow.passed):
+                leads_to.setdefault(at, []).append(flow.end)
     start: dict[Path, dict[str, Value]] = {}
     for node in tree.nodes():
         for parameter in bound_parameters(package, node, units):
@@ -261,12 +260,12 @@ def _outside(
     inputs: dict[str, list[str]] = {}
     outputs: dict[str, str] = {}
     for flow in flows:
-        (origin, name), (sink, variable) = flow.origin, flow.sink
+        (origin, name), (sink, variable) = flow.start, flow.end
         if (origin == ()) == (sink == ()):
             continue
         if not flow.is_plain:
             message = f"the system's own {name if origin == () else variable!r} is transformed"
-            package.reject(flow.edges[-1].element, message, "connect it as it is")
+            package.reject(flow.element, message, "connect it as it is")
         elif origin == () and sink in names:
             inputs.setdefault(name, []).append(f"{names[sink]}.{variable}")
         elif sink == () and origin in names:
@@ -278,7 +277,7 @@ def _outside(
 
 
 def _text(flow: SignalPath, names: dict[Path, str]) -> str:
-    (origin, output), (sink, taken) = flow.origin, flow.sink
+    (origin, output), (sink, taken) = flow.start, flow.end
     return str(
         ConnectionText(
             f"{names[origin]}.{output}",
@@ -331,7 +330,7 @@ def _simulation(package: Package, root: Element) -> Simulation:
         settings["step_size"] = (settings["stop_time"] - start) / STEPS
         package.note(f"names no step: {settings['step_size']:g} s is taken (--step-size)")
     try:
-        return Simulation(**SimulationSection(**settings).model_dump())
-    except ValidationError as error:
-        package.reject(root, f"its experiment: {error.errors()[0]['msg']}")
+        return Simulation(**settings)
+    except InputError as error:
+        package.reject(root, f"its experiment: {error.problems[0].message}")
         return Simulation(STOP_TIME, STOP_TIME / STEPS)

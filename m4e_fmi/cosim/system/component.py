@@ -91,27 +91,8 @@ class Processes:
 
     def host(self, limits: ProcessLimits) -> Host:
         """The conditions for a component with `limits` of its own."""
-        default, general = Host(), self.limits
-
-        def first(*given: float | None) -> float:
-            return next(value for value in given if value is not None)
-
-        return Host(
-            call=first(limits.call, general.call, default.call),
-            end=first(limits.end, general.end, default.end),
-            memory=general.memory if limits.memory is None else limits.memory,
-            keep=self.keep,
-        )
-
-
-def check_process(component: str, process: str | None, limits: ProcessLimits) -> None:
-    """InputError if a component's `process` is unknown, or cannot keep its limits."""
-    if process not in (None, OWN, HERE):
-        message = f"component {component!r}: process {process!r} is unknown"
-        raise InputError.single(message, f"give {OWN!r} or {HERE!r}, or nothing")
-    if process == HERE and limits:
-        message = f"component {component!r}: there are no limits for an FMU in this process"
-        raise InputError.single(message, "leave out `limits`, or `process: here`")
+        general, own = (one.model_dump(exclude_none=True) for one in (self.limits, limits))
+        return Host(**{**general, **own}, keep=self.keep)
 
 
 @dataclass(frozen=True)
@@ -162,7 +143,7 @@ class Component:
     in this process; None leaves it to where the FMU was built. Limits ask for a process.
 
     `dependencies` names, for some outputs, the inputs that they depend on within an instant, in
-    place of what the FMU declares.
+    place of what the FMU declares. InputError for another `process`, or for limits without one.
     """
 
     name: str
@@ -175,7 +156,12 @@ class Component:
     limits: ProcessLimits = field(default_factory=ProcessLimits)
 
     def __post_init__(self) -> None:
-        check_process(self.name, self.process, self.limits)
+        if self.process not in (None, OWN, HERE):
+            message = f"component {self.name!r}: process {self.process!r} is unknown"
+            raise InputError.single(message, f"give {OWN!r} or {HERE!r}, or nothing")
+        if self.process == HERE and self.limits:
+            message = f"component {self.name!r}: there are no limits for an FMU in this process"
+            raise InputError.single(message, "leave out `limits`, or `process: here`")
 
     def described(self, description: Description) -> Description:
         """The `description` of its FMU, with the units that the system adds."""

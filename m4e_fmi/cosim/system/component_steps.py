@@ -93,8 +93,7 @@ def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, C
             message = f"component {component.name!r}: {found_here.message}"
             at = ("components", component.name, "step_size")
             problems.append(system.problem(at, message, found_here.remedy))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return found
 
 

@@ -16,13 +16,22 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from typing import Annotated, SupportsFloat, SupportsIndex
+from typing import Annotated, Self, SupportsFloat, SupportsIndex
 
-from pydantic import BeforeValidator, ValidationError, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic.dataclasses import dataclass as checked_dataclass
+from pydantic_core import ArgsKwargs, ErrorDetails
 
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_names
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.document import Section, rejected, rejected_at
+from m4e_fmi.files.document import rejected, rejected_at
 from m4e_fmi.files.limits import LONGEST_RUN, beyond_limits
 from m4e_fmi.units import parse_unit
 
@@ -40,9 +49,6 @@ ODD = 1e-3
 """Nanoseconds by which a time may miss whole ones for being a number in floating point."""
 TOLERANCES = ("tolerance", "coupling_tolerance")
 CHECKPOINTS = ("checkpoint_interval", "checkpoint_wall_interval")
-OPTIONAL = ("output_interval", *CHECKPOINTS, *TOLERANCES)
-NUMBERS = ("stop_time", "step_size", "start_time", *OPTIONAL)
-"""Settings of a simulation that are numbers."""
 
 
 def nanoseconds(time: float) -> int:
@@ -203,7 +209,30 @@ def _written(time: Fraction) -> str:
     return f"{text} s" if Fraction(text) == time else f"{time} s"
 
 
-@dataclass(frozen=True)
+def _number(given: object, info: ValidationInfo) -> float:
+    """A setting as a number: one of any library, or a time as a text with a unit."""
+    key = info.field_name
+    is_time = key not in TOLERANCES
+    if isinstance(given, str) and is_time:
+        try:
+            return float(time_of(given))
+        except ValueError:
+            raise rejected(f"{key} {given!r} is not a valid duration", TIMES) from None
+    is_scalar = getattr(given, "shape", ()) == () and not isinstance(given, bool)
+    if is_scalar and isinstance(given, str | SupportsFloat | SupportsIndex):
+        with suppress(TypeError, ValueError, OverflowError):
+            return float(given)
+    remedy = TIMES if is_time else "1e-6 is usual"
+    raise rejected(f"{key}: expected a number, got {given!r}", remedy)
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+"""A number, of any library."""
+Time = Number
+"""A time in seconds, or a text as ``"10 ms"``."""
+
+
+@checked_dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class Simulation:
     """Times [s], algorithm and tolerances of a run.
 
@@ -216,15 +245,15 @@ class Simulation:
     that. InputError with all problems of the settings.
     """
 
-    stop_time: float
-    step_size: float
+    stop_time: Time
+    step_size: Time
     algorithm: str = DEFAULT_ALGORITHM
-    output_interval: float | None = None
-    start_time: float = 0.0
-    tolerance: float | None = None
-    coupling_tolerance: float | None = None
-    checkpoint_interval: float | None = None
-    checkpoint_wall_interval: float | None = None
+    output_interval: Time | None = None
+    start_time: Time = 0.0
+    tolerance: Number | None = None
+    coupling_tolerance: Number | None = None
+    checkpoint_interval: Time | None = None
+    checkpoint_wall_interval: Time | None = None
 
     @property
     def has_checkpoints(self) -> bool:
@@ -264,107 +293,53 @@ class Simulation:
         """Time between rows of the results [ns]: `output_interval`, or a step."""
         return nanoseconds(self.output_interval or self.step_size)
 
-    def __post_init__(self) -> None:
-        problems: list[Problem] = []
-        for key in NUMBERS:
-            try:
-                object.__setattr__(self, key, _number(key, getattr(self, key)))
-            except InputError as error:
-                problems += error.problems
-        if not problems:
-            problems = list(_problems(self))
-        if not problems:
-            span = self.stop_time - self.start_time
-            intervals = {"output_interval": self.output_interval, "step_size": self.step_size}
-            problems = [_problem(*found) for found in beyond_limits(span, **intervals)]
-        if problems:
-            raise InputError(problems)
+    @model_validator(mode="wrap")
+    @classmethod
+    def _checked(cls, given: object, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """The simulation of a file's section, or of arguments: their problems are an InputError."""
+        try:
+            made = handler(given)
+            span = made.stop_time - made.start_time
+            intervals = {"output_interval": made.output_interval, "step_size": made.step_size}
+            if found := list(_problems(made)) or list(beyond_limits(span, **intervals)):
+                wrong = [rejected_at((key,), *texts) for key, *texts in found]
+                raise ValidationError.from_exception_data("simulation", wrong)
+        except ValidationError as error:
+            if not isinstance(given, ArgsKwargs):
+                raise
+            raise InputError(_problem(one) for one in error.errors()) from None
+        return made
 
 
 SETTINGS = tuple(field.name for field in fields(Simulation))
 
 
-def _number(key: str, given: object) -> float | None:
-    """A setting as a number; InputError if it cannot be one.
-
-    It may be a number of any library, and a time a text as ``"10 ms"``.
-    """
-    if given is None and key in OPTIONAL:
-        return None
-    if isinstance(given, str) and key not in TOLERANCES:
-        try:
-            return float(time_of(given))
-        except ValueError:
-            raise InputError.single(f"{key} {given!r} is not a valid duration", TIMES) from None
-    is_scalar = getattr(given, "shape", ()) == () and not isinstance(given, str | bool)
-    if is_scalar and isinstance(given, SupportsFloat | SupportsIndex):
-        with suppress(TypeError, ValueError):
-            return float(given)
-    remedy = "1e-6 is usual" if key in TOLERANCES else TIMES
-    raise InputError.single(f"{key}: expected a number, got {given!r}", remedy)
+def _problem(error: ErrorDetails) -> Problem:
+    """The problem of an argument."""
+    other = {"message": f"{'.'.join(map(str, error['loc']))}: {error['msg']}"}
+    return Problem(**error.get("ctx", other))
 
 
-def _in_seconds(given: object) -> object:
-    """A text with a unit as a time in seconds; other values as they are."""
-    if not isinstance(given, str):
-        return given
-    try:
-        return float(time_of(given))
-    except ValueError:
-        raise rejected(f"{given!r} is not a valid duration", TIMES) from None
-
-
-Time = Annotated[float, BeforeValidator(_in_seconds)]
-"""A time in seconds, or a text as ``"10 ms"``."""
-
-
-class SimulationSection(Section):
-    """A Simulation as files have it, with the same problems."""
-
-    stop_time: Time
-    step_size: Time
-    algorithm: str = DEFAULT_ALGORITHM
-    output_interval: Time | None = None
-    start_time: Time = 0.0
-    tolerance: float | None = None
-    coupling_tolerance: float | None = None
-    checkpoint_interval: Time | None = None
-    checkpoint_wall_interval: Time | None = None
-
-    @model_validator(mode="after")
-    def _fitting(self) -> SimulationSection:
-        try:
-            Simulation(**self.model_dump())
-        except InputError as error:
-            wrong = [rejected_at(p.keys, p.message, p.remedy) for p in error.problems]
-            raise ValidationError.from_exception_data("simulation", wrong) from None
-        return self
-
-
-def _problem(key: str, message: str, remedy: str) -> Problem:
-    return Problem(message, remedy, keys=(key,))
-
-
-def _problems(simulation: Simulation) -> Iterator[Problem]:
-    """Problems of the times, the tolerances, the checkpoints and the algorithm."""
+def _problems(simulation: Simulation) -> Iterator[tuple[str, str, str]]:
+    """Problems of times, tolerances, checkpoints and algorithm: key, message, remedy."""
     span = simulation.stop_time - simulation.start_time
     step = simulation.step_size
     if not (math.isfinite(span) and span > 0):
         text = f"stop_time {simulation.stop_time:g} s is not after the start"
-        yield _problem("stop_time", text, f"start_time is {simulation.start_time:g} s")
+        yield ("stop_time", text, f"start_time is {simulation.start_time:g} s")
     else:
         latest = max(abs(simulation.start_time), abs(simulation.stop_time))
-        yield from (_problem(*one) for one in beyond_limits(latest))
+        yield from beyond_limits(latest)
     if not (math.isfinite(step) and step * NS_PER_SECOND >= 1):
         text = f"step_size {step:g} s: expected 1e-9 s or more"
-        yield _problem("step_size", text, "give it in seconds, as 0.01, or as '10 ms'")
+        yield ("step_size", text, "give it in seconds, as 0.01, or as '10 ms'")
     elif span > 0 and step > span:
         text = f"step_size {step:g} s is longer than the run of {span:g} s"
-        yield _problem("step_size", text, f"take {span:g} s or less, or a longer run")
+        yield ("step_size", text, f"take {span:g} s or less, or a longer run")
     interval = simulation.output_interval
     if interval is not None and not abs(interval) <= LONGEST_RUN:
         text = f"output_interval {interval:g} s: expected a multiple of step_size"
-        yield _problem("output_interval", text, "leave it out for a row after every step")
+        yield ("output_interval", text, "leave it out for a row after every step")
     elif interval is not None and step <= LONGEST_RUN and not _is_multiple(interval, step):
         count = nanoseconds(interval) / simulation.step_ns
         text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
@@ -376,20 +351,20 @@ def _problems(simulation: Simulation) -> Iterator[Problem]:
             )
             nearest = _fitting(step, interval)
             remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
-        yield _problem("output_interval", text, remedy)
+        yield ("output_interval", text, remedy)
     for key in CHECKPOINTS:
         interval = getattr(simulation, key)
         if interval is not None and not 0 < interval <= LONGEST_RUN:
             text = f"{key} {interval:g} s: expected a time above 0"
-            yield _problem(key, text, "leave it out for a run without checkpoints")
+            yield (key, text, "leave it out for a run without checkpoints")
     for key in TOLERANCES:
         tolerance = getattr(simulation, key)
         if tolerance is not None and not 0 < tolerance < 1:
             text = f"{key} {tolerance:g}: expected a number between 0 and 1"
-            yield _problem(key, text, "1e-6 is usual")
+            yield (key, text, "1e-6 is usual")
     if simulation.algorithm not in algorithm_names():
         text = f"unknown algorithm {simulation.algorithm!r}"
-        yield _problem("algorithm", text, suggestion(simulation.algorithm, algorithm_names()))
+        yield ("algorithm", text, suggestion(simulation.algorithm, algorithm_names()))
 
 
 def _is_multiple(interval: float, step: float) -> bool:

@@ -22,11 +22,7 @@ KINDS = ("set", "ramp", "freeze", "offset", "replace", "broken_line")
 """The kinds of actions."""
 
 
-def _several(written: object) -> object:
-    return (written,) if isinstance(written, str) else written
-
-
-Names = Annotated[tuple[str, ...], BeforeValidator(_several)]
+Names = Annotated[tuple[str, ...], BeforeValidator(lambda x: (x,) if isinstance(x, str) else x)]
 """One name, or a list of names."""
 
 
@@ -173,8 +169,7 @@ class System(Displayed):
 
     def __post_init__(self) -> None:
         found = step_problems(self.components, self.simulation)
-        if found:
-            raise InputError([self.problem(p.keys, p.message, p.remedy) for p in found])
+        InputError.raise_for(self.problem(p.keys, p.message, p.remedy) for p in found)
 
     def changed(
         self, *, start: Start | None = None, origin: str = "", **simulation: object
@@ -196,11 +191,10 @@ class System(Displayed):
         given = {k: v for k, v in simulation.items() if v is not None and k in SETTINGS}
         settings = self.simulation
         try:
-            settings = replace(settings, **given)  # pyrefly: ignore[bad-argument-type]
+            settings = replace(settings, **given)
         except InputError as error:
             problems += [caller.problem("", p.message, p.remedy) for p in error.problems]
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
         return replace(
             self,
             components=components,

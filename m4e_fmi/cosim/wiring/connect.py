@@ -97,8 +97,7 @@ class Pairing:
                 scale, shift = conversion(self._variable(source), self._variable(target))
             factor, offset = written.factor * scale, written.factor * shift + written.offset
             yield Link(source, target, index, factor, offset, written.delayed)
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
 
     def _end(self, text: str, both_ways: bool) -> Port:
         """Component and the rest of one end; a connector may be a bus alone."""
@@ -327,8 +326,7 @@ def _resolved(
         unset_masses(system, descriptions, {str(port) for port in driven}),
     ]
     problems += [problem for group in found for problem in group]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return links, signals, variables
 
 

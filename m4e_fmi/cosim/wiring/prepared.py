@@ -1,4 +1,8 @@
-"""`Prepared`: a system that can run; the timing of its links, what it records, and its overview."""
+"""`Prepared`: a system that can run, with the timing of its links and its overview as text.
+
+Here is also which variables its results record: by default the outputs without large arrays, else
+those that patterns choose.
+"""
 
 from __future__ import annotations
 
@@ -72,8 +76,7 @@ def chosen(
             problems.append(
                 Problem(f"no output is called {pattern!r}", suggestion(pattern, known, "outputs"))
             )
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return {name: list(members.values()) for name, members in found.items()}
 
 
@@ -234,11 +237,89 @@ class Prepared:
 
     @property
     def timings(self) -> dict[Link, Timing]:
-        """The timing of every link, under the system's algorithm."""
-        return _timings(self)
+        """The timing of every link at communication points, under the system's algorithm.
+
+        During a step an algorithm knows some outputs only as they were at its start, and others
+        over the whole step.
+        """
+        descriptions, wiring, rates = self.descriptions, self.wiring, self.rates
+
+        def skips(component: str) -> bool:
+            return component in rates and rates[component].is_longer
+
+        followed = [
+            link
+            for link in wiring.links
+            if link.is_real
+            and not (link.delayed or skips(link.source.component) or skips(link.target.component))
+        ]
+        cycles = component_cycles(descriptions, followed)
+        cycle_of = {name: cycle for cycle in cycles for name in cycle}
+        corrects = not self.structure.loops and all(
+            any(descriptions[name].saves_state for name in cycle) for cycle in cycles
+        )
+        place = {name: k for k, name in enumerate(self.structure.execution_order)}
+        delay = algorithm_descriptor(self.system.simulation.algorithm).link_delay
+
+        def in_order(link: Link) -> Timing:
+            source, target = link.source, link.target
+            if place[source.component] < place[target.component]:
+                return Timing.KNOWN
+            if source.variable in descriptions[source.component].output_derivatives:
+                return Timing.PREDICTED
+            return Timing.EXTRAPOLATED
+
+        def timing(link: Link) -> Timing:
+            if link.delayed:
+                return Timing.DELAYED
+            if skips(link.target.component):
+                return Timing.TAKEN
+            if skips(link.source.component):
+                return Timing.HELD
+            if not link.is_real:
+                return Timing.SWITCHED
+            if delay is LinkDelay.ONE_STEP:
+                return Timing.LATE
+            if delay is LinkDelay.SOLVED:
+                return Timing.SOLVED
+            if delay is LinkDelay.EXECUTION_ORDER or not corrects:
+                return in_order(link)
+            if link.target.component not in cycle_of.get(link.source.component, ()):
+                return Timing.KNOWN
+            returns = descriptions[link.target.component].saves_state
+            return Timing.CORRECTED if returns else in_order(link)
+
+        return {link: timing(link) for link in wiring.links}
 
     def __str__(self) -> str:
-        return _overview(self)
+        """Components, connections, loops and unconnected inputs as text."""
+        system, wiring, structure = self.system, self.wiring, self.structure
+        lines = [f"system {system.name}", "components, in the order they step:"]
+        lines += [f"  {name}  {self.descriptions[name].path}" for name in structure.execution_order]
+        if self.rates:
+            lines.append("components with their own step size:")
+            lines += [f"  {name}  {own}" for name, own in self.rates.items()]
+        if self.hosts:
+            lines.append(f"in processes of their own: {', '.join(self.hosts)}")
+        lines += self.notes
+        lines += [f"warning: {line}" for line in self.warnings]
+        lines += ["connections:", *_connections(self)]
+        cycles = component_cycles(self.descriptions, wiring.links)
+        if cycles:
+            lines.append("components that interact:")
+            ordered = ([n for n in structure.execution_order if n in one] for one in cycles)
+            lines += [f"  {', '.join(names)}" for names in ordered]
+        if structure.loops:
+            lines.append("algebraic loops, solved at every communication point:")
+            lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
+        if wiring.signals:
+            lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
+        lines.append("unconnected inputs, which keep their start values:")
+        lines += _unconnected(self) or ["  none"]
+        lines.append(_times(system))
+        _, note = thinned(system.simulation, self.columns)
+        lines.append(note or f"results: {volume(system.simulation, self.columns)[1]}")
+        return "\n".join(lines)
 
     def __repr__(self) -> str:
         return listing(
@@ -247,62 +328,6 @@ class Prepared:
             connections=self.system.connections,
             notes=self.notes,
         )
-
-
-def _timings(prepared: Prepared) -> dict[Link, Timing]:
-    """The timing of every link that carries values at communication points.
-
-    During a step an algorithm knows some outputs only as they were at its start, and others over
-    the whole step.
-    """
-    descriptions, wiring, rates = prepared.descriptions, prepared.wiring, prepared.rates
-
-    def skips(component: str) -> bool:
-        return component in rates and rates[component].is_longer
-
-    followed = [
-        link
-        for link in wiring.links
-        if link.is_real
-        and not (link.delayed or skips(link.source.component) or skips(link.target.component))
-    ]
-    cycles = component_cycles(descriptions, followed)
-    cycle_of = {name: cycle for cycle in cycles for name in cycle}
-    corrects = not prepared.structure.loops and all(
-        any(descriptions[name].saves_state for name in cycle) for cycle in cycles
-    )
-    place = {name: k for k, name in enumerate(prepared.structure.execution_order)}
-    delay = algorithm_descriptor(prepared.system.simulation.algorithm).link_delay
-
-    def in_order(link: Link) -> Timing:
-        source, target = link.source, link.target
-        if place[source.component] < place[target.component]:
-            return Timing.KNOWN
-        if source.variable in descriptions[source.component].output_derivatives:
-            return Timing.PREDICTED
-        return Timing.EXTRAPOLATED
-
-    def timing(link: Link) -> Timing:
-        if link.delayed:
-            return Timing.DELAYED
-        if skips(link.target.component):
-            return Timing.TAKEN
-        if skips(link.source.component):
-            return Timing.HELD
-        if not link.is_real:
-            return Timing.SWITCHED
-        if delay is LinkDelay.ONE_STEP:
-            return Timing.LATE
-        if delay is LinkDelay.SOLVED:
-            return Timing.SOLVED
-        if delay is LinkDelay.EXECUTION_ORDER or not corrects:
-            return in_order(link)
-        if link.target.component not in cycle_of.get(link.source.component, ()):
-            return Timing.KNOWN
-        returns = descriptions[link.target.component].saves_state
-        return Timing.CORRECTED if returns else in_order(link)
-
-    return {link: timing(link) for link in wiring.links}
 
 
 def component_cycles(names: Iterable[str], links: Iterable[Link]) -> list[frozenset[str]]:
@@ -315,38 +340,6 @@ def component_cycles(names: Iterable[str], links: Iterable[Link]) -> list[frozen
         for group in nx.strongly_connected_components(graph)
         if len(group) > 1 or any(graph.has_edge(name, name) for name in group)
     ]
-
-
-def _overview(prepared: Prepared) -> str:
-    """Components, connections, loops and unconnected inputs of a prepared system, as text."""
-    system, wiring, structure = prepared.system, prepared.wiring, prepared.structure
-    lines = [f"system {system.name}", "components, in the order they step:"]
-    lines += [f"  {name}  {prepared.descriptions[name].path}" for name in structure.execution_order]
-    if prepared.rates:
-        lines.append("components with their own step size:")
-        lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
-    if prepared.hosts:
-        lines.append(f"in processes of their own: {', '.join(prepared.hosts)}")
-    lines += prepared.notes
-    lines += [f"warning: {line}" for line in prepared.warnings]
-    lines += ["connections:", *_connections(prepared)]
-    cycles = component_cycles(prepared.descriptions, wiring.links)
-    if cycles:
-        lines.append("components that interact:")
-        lines += [
-            "  " + ", ".join(n for n in structure.execution_order if n in cycle) for cycle in cycles
-        ]
-    if structure.loops:
-        lines.append("algebraic loops, solved at every communication point:")
-        lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
-    if wiring.signals:
-        lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
-    lines.append("unconnected inputs, which keep their start values:")
-    lines += _unconnected(prepared) or ["  none"]
-    lines.append(_times(system))
-    _, note = thinned(system.simulation, prepared.columns)
-    lines.append(note or f"results: {volume(system.simulation, prepared.columns)[1]}")
-    return "\n".join(lines)
 
 
 def outline(system: System, waiting: Collection[str]) -> str:

@@ -1,4 +1,6 @@
-"""Order in which values are exchanged and components stepped, and the algebraic loops.
+"""Graph of the links: the order that it allows, and which links form algebraic loops.
+
+Loops are solved in `network.newton`.
 
 At one communication point an input is as new as the output it comes from, and an output with
 feed-through as new as the inputs it depends on. Exchanging along the dependencies

@@ -7,7 +7,6 @@ import re
 import uuid
 import zipfile
 from collections.abc import Iterable, Mapping
-from functools import cache
 from importlib.metadata import distribution
 from pathlib import Path
 
@@ -49,7 +48,8 @@ def license_files(files: Iterable[str], *, native: bool) -> dict[str, bytes]:
     of the same names.
     """
     texts = {
-        name: _license(name) for name in (("m4e_fmi",) if native else ("m4e_fmi", "pythonfmu"))
+        name: (distribution(name).read_text("licenses/LICENSE") or "").encode()
+        for name in (("m4e_fmi",) if native else ("m4e_fmi", "pythonfmu"))
     }
     start_up = packaged("fmi", PLATFORMS["x86_64-windows"], START_UP)
     if native and start_up is not None and any(name.endswith(".dll") for name in files):
@@ -57,12 +57,6 @@ def license_files(files: Iterable[str], *, native: bool) -> dict[str, bytes]:
     overview = "".join(f"{_HOLDS[name]}; see {name}.txt\n" for name in texts)
     licenses = {f"{LICENSES}/{name}.txt": text for name, text in texts.items()}
     return {f"{LICENSES}/license.txt": f"This FMU holds\n{overview}".encode(), **licenses}
-
-
-@cache
-def _license(package: str) -> bytes:
-    """The text that a package is installed with."""
-    return (distribution(package).read_text("licenses/LICENSE") or "").encode()
 
 
 def content_guid(files: Files, xml: bytes) -> str:

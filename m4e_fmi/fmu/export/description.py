@@ -137,8 +137,7 @@ class Options:
             for name in self.documentation
             if not name.startswith("documentation/") and name != icon
         ]
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
 
 
 def _is_positive(value: object) -> bool:

@@ -29,8 +29,7 @@ def matching(variables: Iterable[Variable], patterns: Iterable[str], noun: str) 
         if not matches:
             remedy = suggestion(pattern, names, f"{noun}s")
             problems.append(Problem(f"no {noun} matches {pattern!r}", remedy))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return found
 
 
@@ -109,6 +108,5 @@ def _checked(program: Program, names: Mapping[str, str]) -> dict[str, str]:
     after = [table.get(name, name) for name in known]
     twice = sorted({name for name in after if after.count(name) > 1})
     problems += [Problem(f"two variables would be called {name!r}") for name in twice]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return table

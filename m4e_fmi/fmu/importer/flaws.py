@@ -30,8 +30,11 @@ _NUMBERS: dict[str, Callable[[str], object]] = {
     "valueReference": lambda text: _REFERENCES.index(int(text)),
 }
 """Attribute → how it is read, wherever FMI has it."""
-_FREE = ("VendorAnnotations", "Annotations")
-"""Elements whose content is not FMI's."""
+_OF_FMI = (
+    "descendant-or-self::*[not(ancestor-or-self::VendorAnnotations)]"
+    "[not(ancestor-or-self::Annotations)]"
+)
+"""Elements of FMI: the content of annotations is anyone's."""
 
 
 @dataclass(frozen=True)
@@ -77,27 +80,22 @@ def _missing(root: Element, version: str) -> Iterator[Flaw]:
         yield Flaw(root.sourceline, f"it is for none of {', '.join(KINDS)}")
     if root.find("ModelVariables") is None:
         yield Flaw(root.sourceline, "there is no ModelVariables", known=True)
-    for variable in root.iterfind("ModelVariables/*"):
-        if variable.get("valueReference") is None:
-            message = f"{_name(variable)} has no valueReference"
-            yield Flaw(variable.sourceline, message, known=True)
-    for variable in root.iterfind("ModelVariables/ScalarVariable"):
-        if not any(child.tag in _TYPES for child in variable):
-            message = f"{_name(variable)} has none of the types {', '.join(_TYPES)}"
-            yield Flaw(variable.sourceline, message, known=True)
+    for variable in root.xpath("ModelVariables/*[not(@valueReference)]"):
+        message = f"{_name(variable)} has no valueReference"
+        yield Flaw(variable.sourceline, message, known=True)
+    for variable in root.xpath(f"ModelVariables/ScalarVariable[not({' | '.join(_TYPES)})]"):
+        message = f"{_name(variable)} has none of the types {', '.join(_TYPES)}"
+        yield Flaw(variable.sourceline, message, known=True)
 
 
-def _numbers(element: Element) -> Iterator[Flaw]:
-    if element.tag in _FREE or not isinstance(element.tag, str):  # a comment has no name
-        return
-    for name, value in element.attrib.items():
-        read = _of_start(element) if name == "start" else _NUMBERS.get(name)
-        if read is not None and not _readable(read, value):
-            what = "value reference" if name == "valueReference" else "number"
-            message = f'{_name(element)}: {name}="{value}" is no {what}'
-            yield Flaw(element.sourceline, message, known=True)
-    for child in element:
-        yield from _numbers(child)
+def _numbers(root: Element) -> Iterator[Flaw]:
+    for element in root.xpath(_OF_FMI):
+        for name, value in element.attrib.items():
+            read = _of_start(element) if name == "start" else _NUMBERS.get(name)
+            if read is not None and not _readable(read, value):
+                what = "value reference" if name == "valueReference" else "number"
+                message = f'{_name(element)}: {name}="{value}" is no {what}'
+                yield Flaw(element.sourceline, message, known=True)
 
 
 def _of_start(element: Element) -> Callable[[str], object] | None:

@@ -245,10 +245,15 @@ class PythonEngine:
         return model.outputs(t, x, self._u, self._p, self._c)
 
     def advance(
-        self, t: float, x: list[float], t_end: float, *, held: bool, tolerance: float
+        self,
+        t: float,
+        x: list[float],
+        t_end: float,
+        *,
+        held: bool,  # noqa: ARG002  every call starts anew
+        tolerance: float,
     ) -> list[float]:
-        """The states at t_end [s] from the states x at t; every call starts anew, `held` or not."""
-        del held
+        """The states at t_end [s] from the states x at t, to a relative `tolerance`."""
         self._integrator.tolerance = tolerance
         return self._integrator.advance(t, x, t_end)
 
@@ -256,7 +261,6 @@ class PythonEngine:
         """Step size that `advance` goes on from, besides states, inputs and parameters."""
         return [self._integrator.step]
 
-    def restore(self, saved: list[float], tolerance: float) -> None:
+    def restore(self, saved: list[float], tolerance: float) -> None:  # noqa: ARG002
         """Take back what `save` returned."""
-        del tolerance
         [self._integrator.step] = saved

@@ -33,7 +33,9 @@ CHECKSUM = 8  # hexadecimal digits before a state as bytes
 Saved = dict[str, Any]
 """JSON values and, of a state, bytes, by name."""
 _T = TypeVar("_T")
-_PHASE = ("_initialised", "_initialising", "_premature", "_stale", "_terminated")
+_KEPT = ("text", "time", "tolerance", "_error", "_initialised", "_initialising", "_premature",
+         "_stale", "_terminated")  # fmt: skip
+"""Attributes that a state has, besides the values."""
 
 
 class M4eSlave(Fmi2Slave):
@@ -274,11 +276,7 @@ class M4eSlave(Fmi2Slave):
         return {
             "identity": IDENTITY,
             "values": list(self.values),
-            "text": dict(self.text),
-            "time": self.time,
-            "tolerance": self.tolerance,
-            "error": self._error,
-            "phase": [getattr(self, name) for name in _PHASE],
+            **{name: copy.copy(getattr(self, name)) for name in _KEPT},
             "own": own,
         }
 
@@ -288,12 +286,8 @@ class M4eSlave(Fmi2Slave):
             self._fail("a state was set that is damaged or not of this FMU")
             return
         self.values[:] = state["values"]
-        self.text = dict(state["text"])
-        self.time = state["time"]
-        self.tolerance = state["tolerance"]
-        self._error = state["error"]
-        for name, value in zip(_PHASE, state["phase"], strict=True):
-            setattr(self, name, value)
+        for name in _KEPT:
+            setattr(self, name, copy.copy(state[name]))
         self._guard(self.restore, copy.deepcopy(state["own"]))
 
     @staticmethod
@@ -301,7 +295,7 @@ class M4eSlave(Fmi2Slave):
         try:
             text = json.dumps(state, default=_encoded, sort_keys=True)
         except (TypeError, ValueError) as error:  # what is restored from this, tells
-            text = json.dumps({**state, "own": {}, "error": f"the state was not saved: {error}"})
+            text = json.dumps({**state, "own": {}, "_error": f"the state was not saved: {error}"})
         content = text.encode("utf-8")
         return _checksum(content) + content
 

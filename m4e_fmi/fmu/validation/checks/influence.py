@@ -241,27 +241,28 @@ def check_directional(context: Context) -> Iterator[Finding | str]:
     if not any(name.startswith((CAPABILITY, ADJOINT)) for name in works):
         yield f"{CAPABILITY} is not declared, or not there"
         return
+    ways = (
+        (CAPABILITY, DIRECTIONAL_BASIS, _directional_findings),
+        (ADJOINT, ADJOINT_BASIS, _adjoint_findings),
+    )
     for place in places(context):
         way = " (model exchange)" if place.probe.exchange else ""
-        if CAPABILITY + way in works and place.unknowns:
-            yield from _directional_findings(place)
-        if ADJOINT + way in works and place.unknowns:
-            yield from _adjoint_findings(place)
+        for capability, basis, findings in ways:
+            try:
+                if capability + way in works and place.unknowns:
+                    yield from findings(place)
+            except RefusedError as error:
+                message = f"in {place.name}: {error}"
+                yield Finding("directional.refused", "error", message, basis, error.words)
 
 
 def _directional_findings(place: WorkingPoint) -> Iterator[Finding]:
-    wrong: list[str] = []
-    not_linear: list[str] = []
-    try:
-        began = time.monotonic()
-        for values in place.context.random(place.knowns, DIRECTIONAL_POINTS):
-            if time.monotonic() - began < SECONDS:
-                wrong += _wrong_entries(place, values)
-                not_linear += _not_linear(place, values)
-    except RefusedError as error:
-        message = f"in {place.name}: {error}"
-        yield Finding("directional.refused", "error", message, DIRECTIONAL_BASIS, error.words)
-        return
+    wrong, not_linear = list[str](), list[str]()
+    began = time.monotonic()
+    for values in place.context.random(place.knowns, DIRECTIONAL_POINTS):
+        if time.monotonic() - began < SECONDS:
+            wrong += _wrong_entries(place, values)
+            not_linear += _not_linear(place, values)
     message = f"in {place.name} {{count}} entries contradict differences"
     yield from about(wrong, "directional.mismatch", "error", message, DIRECTIONAL_BASIS)
     if not wrong:
@@ -270,13 +271,7 @@ def _directional_findings(place: WorkingPoint) -> Iterator[Finding]:
 
 
 def _adjoint_findings(place: WorkingPoint) -> Iterator[Finding]:
-    values = place.context.random(place.knowns)[0]
-    try:
-        wrong = _wrong_adjoint(place, values)
-    except RefusedError as error:
-        message = f"the adjoint in {place.name}: {error}"
-        yield Finding("directional.refused", "error", message, ADJOINT_BASIS, error.words)
-        return
+    wrong = _wrong_adjoint(place, place.context.random(place.knowns)[0])
     message = f"in {place.name} the adjoint contradicts differences"
     yield from about(wrong, "directional.adjoint", "error", message, ADJOINT_BASIS)
 

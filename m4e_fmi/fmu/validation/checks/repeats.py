@@ -8,7 +8,6 @@ memory.
 from __future__ import annotations
 
 import ctypes
-import json
 import mmap
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
@@ -24,7 +23,7 @@ from m4e_fmi.fmu.validation.subject import scale, start, within
 
 STEPS = 5
 BASIS = "FMI 2.0.4, section 2.1.8"
-RESUME = "resume.json"
+RESUME = "resume.npz"
 """File from which the group `state_elsewhere` goes on."""
 WARM_UP, CYCLES, LEAST = 10, 40, 4
 """Instances before any are counted, instances counted, and how many at least if they are slow."""
@@ -172,13 +171,8 @@ def _serialised(
         again = instance.run(after)
         what = "a state from bytes does not repeat the run"
         yield from _not_repeated(context, expected, again, "serialised", what)
-    left = {
-        "content": content.hex(),
-        "time": time,
-        "inputs": after.tobytes().hex(),
-        "expected": [row.tobytes().hex() for row in expected],
-    }
-    (context.folder / RESUME).write_text(json.dumps(left))
+    state = np.frombuffer(content, np.uint8)
+    np.savez(context.folder / RESUME, state=state, time=time, inputs=after, expected=expected)
 
 
 def _into_another(
@@ -216,17 +210,14 @@ def check_state_elsewhere(context: Context) -> Iterator[Finding | str]:
     if not path.exists():
         yield "there is no serialised state"
         return
-    left = json.loads(path.read_text())
-    inputs = np.frombuffer(bytes.fromhex(left["inputs"])).reshape(STEPS, -1)
-    expected = [np.frombuffer(bytes.fromhex(row)) for row in left["expected"]]
-    with context.probe() as probe:
+    with np.load(path) as left, context.probe() as probe:
         instance = _Instance(probe.begin())
         try:
-            instance.from_bytes(bytes.fromhex(left["content"]), left["time"])
+            instance.from_bytes(left["state"].tobytes(), float(left["time"]))
         except RefusedError as error:
             yield Finding("state_elsewhere.refused", "error", str(error), BASIS, error.words)
             return
-        again = instance.run(inputs)
+        again, expected = instance.run(left["inputs"]), list(left["expected"])
     message = "in a new process, after {row} steps other bits in {names}"
     yield from _differences(context, expected, again, "state_elsewhere.differs", message)
 
