@@ -9,6 +9,10 @@
 #include "m4e.h"
 #include "operations.h"
 
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "programs are read, and instructions dispatched, on little-endian processors only"
+#endif
+
 #ifdef __GNUC__
 #pragma GCC visibility push(hidden)
 #endif
