@@ -144,12 +144,14 @@ static uint8_t variability(const m4e_program *p, uint32_t node, const uint8_t *h
     return a > b ? a : b;
 }
 
-/* Arguments of operations that bend or jump where two of them are equal, or one is zero. */
+/* Arguments of operations that bend or jump where two of them are equal; or one, twice, is zero. */
 static void add_corner(m4e_program *p, uint32_t node) {
     const uint8_t op = p->op[node];
+    const uint32_t a = p->a[node], b = op >= FIRST_BINARY ? p->b[node] : a;
     if (op != OP_ABS && op != OP_SIGN && op != OP_MIN && op != OP_MAX) return;
-    p->corners[2 * p->corner_count] = p->a[node];
-    p->corners[2 * p->corner_count++ + 1] = op >= FIRST_BINARY ? p->b[node] : M4E_NONE;
+    if (op >= FIRST_BINARY && a == b) return;
+    p->corners[2 * p->corner_count] = a;
+    p->corners[2 * p->corner_count++ + 1] = b;
 }
 
 /* Lists the timely nodes that rates, or what moves in them, read, and gives them the registers from
