@@ -7,14 +7,14 @@ parameters alone: rows of tables, ramps, switches. Corners of what moves are eve
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.program.program import TIME, Program
-from m4e_fmi.program.tape import Tape
+from m4e_fmi.program.tape import Tape, evaluated
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ ROUNDING = 2
 """Units in the last place by which one corner may be found at two times."""
 MOST_INNER = 2000
 """Inner corners of an operation, above which its own are not looked for."""
-FUNCTIONS = {
+ARRAY_FUNCTIONS = {
     "neg": np.negative,
     "abs": np.abs,
     "sign": np.sign,
@@ -113,37 +113,15 @@ def _root(
 
 def _lead(tape: Tape, nodes: Sequence[int], fixed: Mapping[str, float], times: Floats) -> Floats:
     """The first of one or two nodes of time and parameters, less the second, at `times` (n,)."""
-    found: dict[int, Floats] = {}
     with np.errstate(all="ignore"):
-        for k in tape.reachable(nodes):
-            kind, *arguments = tape.operations[k]
-            if kind == "constant":
-                found[k] = np.full(len(times), arguments[0])
-            elif kind == "symbol":
-                name = arguments[0]
-                found[k] = times if name == TIME else np.full(len(times), fixed[name])
-            else:
-                found[k] = FUNCTIONS[kind](*(found[a] for a in arguments))
+        found = evaluated(tape, nodes, {**fixed, TIME: times}, functions=ARRAY_FUNCTIONS)
     first, *others = (found[k] for k in nodes)
-    return first - others[0] if others else first
+    return np.asarray(first - others[0] if others else first)
 
 
-def _timely_corners(program: Program, fixed: Mapping[str, float]) -> list[int]:
+def _timely_corners(program: Program, fixed: Iterable[str]) -> list[int]:
     """The operations with corners that depend on time, and else on parameters only, ascending."""
-    operations = program.tape.operations
-    how = bytearray(len(operations))  # nodes depend on what is: fixed 0, timely 1, moving 2
-    found = []
-    for k, operation in enumerate(operations):
-        kind = operation[0]
-        if kind == "symbol":
-            name = operation[1]
-            how[k] = 0 if name in fixed else 1 if name == TIME else 2
-        elif kind != "constant":
-            first, last = how[operation[1]], how[operation[-1]]
-            how[k] = first if first > last else last
-            if kind in CORNERS and how[k] == 1:
-                found.append(k)
-    if not found:
-        return []
-    needed = set(program.tape.reachable([*program.rates, *program.results]))
-    return [k for k in found if k in needed]
+    tape = program.tape
+    needed = tape.reachable([*program.rates, *program.results])
+    names = tape.symbols_of_each(k for k in needed if tape.operations[k][0] in CORNERS)
+    return sorted(k for k, on in names.items() if TIME in on and on <= {TIME, *fixed})

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar, cast
 
 Operation = tuple[Any, ...]
 """A name with a number, a name or the indices of its arguments, see `Tape`."""
+Value = TypeVar("Value")
+"""Kind of values of nodes: floats, or arrays."""
 
 UNARY: dict[str, Callable[[float], float]] = {
     "neg": lambda a: -a,
@@ -38,6 +40,7 @@ BINARY: dict[str, Callable[[float, float], float]] = {
     "min": min,
     "max": max,
 }
+FUNCTIONS = {**UNARY, **BINARY}
 COMMUTATIVE = frozenset({"add", "mul"})
 PLAIN, CONSTANT, NEGATED = range(3)
 """Kinds of scalars. A constant or negated one may make an operation unnecessary, or change it."""
@@ -331,9 +334,18 @@ def needed(tape: Tape, roots: Iterable[int], *, known: Container[int]) -> list[i
     return sorted(found)
 
 
-def evaluated(tape: Tape, nodes: Sequence[int], values: Mapping[str, float]) -> dict[int, float]:
-    """The values of `nodes` for given `values` of their symbols; nan where undefined."""
-    found: dict[int, float] = {}
+def evaluated(
+    tape: Tape,
+    nodes: Sequence[int],
+    values: Mapping[str, Value],
+    *,
+    functions: Mapping[str, Callable[..., Value]] = FUNCTIONS,
+) -> dict[int, Value]:
+    """The values of `nodes` for given `values` of their symbols; nan where undefined.
+
+    `values` are floats, or arrays for `functions` of arrays.
+    """
+    found: dict[int, Value] = {}
     for k in tape.reachable(nodes):
         kind, *arguments = tape.operations[k]
         if kind == "constant":
@@ -342,10 +354,9 @@ def evaluated(tape: Tape, nodes: Sequence[int], values: Mapping[str, float]) -> 
             found[k] = values[arguments[0]]
         else:
             try:
-                function = UNARY[kind] if len(arguments) == 1 else BINARY[kind]
-                found[k] = function(*(found[a] for a in arguments))
+                found[k] = functions[kind](*(found[a] for a in arguments))
             except (ValueError, ZeroDivisionError, OverflowError):
-                found[k] = math.nan
+                found[k] = cast("Value", math.nan)
     return {k: found[k] for k in nodes}
 
 

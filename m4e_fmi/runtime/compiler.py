@@ -1,5 +1,6 @@
-"""The platform's C compiler: which one, with which flags, into which cache.
+"""The C compiler of this machine, its flags, and the user's cache of what it compiled.
 
+Libraries that ship, for every platform, are the work of `platforms`, with the same `FLAGS`.
 Standard library only and without imports from the package: the build hook loads this file by path.
 """
 
@@ -130,8 +131,7 @@ def cached_shared(
 
     command = compiler() or [""]
     parts = [" ".join([*command, *FLAGS, *flags]), _program_file(command[0]), platform.machine()]
-    parts += [text]
-    parts += [sysconfig.get_platform()]
+    parts += [text, sysconfig.get_platform()]
     headers = [h for folder in {SOURCES, *(s.parent for s in sources)} for h in folder.glob("*.h")]
     parts += [path.read_text("utf-8") for path in sorted({*sources, *headers})]
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]

@@ -132,8 +132,8 @@ class Engine:
     """One instance of a program in the C library, at the program's start values.
 
     `outputs` names the outputs to compute (all by default), `watches` the events of `simulate`,
-    `jacobian` gives entries as for `code_of`; `lanes` > 1 is for `ensemble`. Raises RunError where
-    the library is missing.
+    `jacobian` gives the entries that `rate_entries` finds; `lanes` > 1 is for `ensemble`. Raises
+    RunError where the library is missing.
     """
 
     def __init__(
@@ -152,7 +152,6 @@ class Engine:
         self.program = program
         self._jacobian = tuple(jacobian)
         self.watches = tuple(watches)
-        self._kernels: ctypes.CDLL | None = None
         self.lanes = lanes
         needed = _with_outputs(program, outputs, self.watches)
         positions = {v.name: k for k, v in enumerate(needed.outputs)}
@@ -198,7 +197,7 @@ class Engine:
         source = kernel_source(blocks, self.counts, lanes=self.lanes)
         wide = self.library.m4e_instruction_set().decode()
         try:
-            self._kernels = kernels = load_kernel(source, wide) if source else None
+            kernels = load_kernel(source, wide) if source else None
         except (CompilationError, OSError):
             return False
         if kernels is None:

@@ -1,4 +1,8 @@
-"""The runtime's shared library: found in the package, or built once into the user's cache."""
+"""The runtime's shared library, found and loaded.
+
+It is the one that ships, of `platforms`, if that is up to date; else `compiler` builds it once, by
+this machine's compiler, into the user's cache.
+"""
 
 from __future__ import annotations
 

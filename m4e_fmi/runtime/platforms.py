@@ -1,4 +1,4 @@
-"""The libraries of every platform: where they are in the package, and how they are compiled.
+"""The libraries that ship, for every platform: their places in the package, how they are compiled.
 
 `python -m m4e_fmi.runtime.platforms` compiles them all, with the package `ziglang`. The runtime is
 a library by itself, for Python, and the inner part of the library of native FMUs. What was compiled

@@ -2,11 +2,11 @@
 
    Order: by depth of sines and cosines (how many lie on the way from the leaves), those of one
    depth first and together, so that they are computed as vectors. Within a depth it depends on what
-   the processor waits for. Where few operations can be done side by side, as in a chain of hinges in
-   the plane, that is the longest chain of them: its next one comes first, so that there is always
-   something to do meanwhile. Where there are many, it is the jump to an operation that was not
-   foreseen: then as soon as they can be done, by levels, since a level of a chain of bodies is one
-   operation for each body. Of what is equal in that, like operations together. Registers are
+   the processor waits for. Where few operations can be done side by side, as in a chain of hinges
+   in the plane, that is the longest chain of them: its next one comes first, so that there is
+   always something to do meanwhile. Where there are many, it is the jump to an operation that was
+   not foreseen: then as soon as they can be done, by levels, since a level of a chain of bodies is
+   one operation for each body. Of what is equal in that, like operations together. Registers are
    allotted by linear scan: one is free again after the last instruction that reads it. None of this
    changes a rounding. */
 #include <stdlib.h>

@@ -1,6 +1,6 @@
-/* Communication steps. As long as nothing is set between them they cut no step of the integrator: it
-   goes on as if they were not there, and its dense output gives the states. Where something is set,
-   it starts again from the states at that time. */
+/* Communication steps. As long as nothing is set between them they cut no step of the integrator:
+   it goes on as if they were not there, and its dense output gives the states. Where something is
+   set, it starts again from the states at that time. */
 #include "integrator.h"
 
 static const double FARTHEST = 100.0; /* beyond the end, in communication steps */
@@ -15,7 +15,7 @@ static int is_smooth(m4e_model *m, const double *x, double from, double to) {
     m4e_evaluate(m, M4E_CORNERS, &from, x, before);
     m4e_evaluate(m, M4E_CORNERS, &to, x, after);
     for (uint32_t i = 0; i < 2 * count; i += 2) {
-        const int alone = corner[i + 1] == M4E_NONE;
+        const int alone = corner[i + 1] == corner[i];
         if (sign(before[i] - (alone ? 0.0 : before[i + 1])) !=
             sign(after[i] - (alone ? 0.0 : after[i + 1])))
             return 0;

@@ -16,15 +16,10 @@ static inline words words_at(const uint32_t *place) {
     return w;
 }
 
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-static inline uint32_t left_of(words w) { return (uint32_t)(w >> 32); }
-static inline uint32_t right_of(words w) { return (uint32_t)w; }
-#else
 static inline uint32_t left_of(words w) { return (uint32_t)w; }
 static inline uint32_t right_of(words w) { return (uint32_t)(w >> 32); }
-#endif
 
-/* Of the present instruction: its code is `now`, its d is `place`; `ab` and `ef` as they are read. */
+/* Of the present instruction: its code is `now`, its d is `place`; `ab`, `ef` as they are read. */
 #define M4E_READ_NOW                                                                              \
     const words both = words_at(&code->code);                                                     \
     now = left_of(both);                                                                          \

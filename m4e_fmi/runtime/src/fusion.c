@@ -1,8 +1,8 @@
 /* Which additions, subtractions and products share an instruction with another such operation, the
    only one that reads them. An instruction costs a jump, and its result is written and read again,
    which takes longer than an addition; so there shall be as few as can be. From the leaves on, each
-   operation knows how few instructions compute it; then, from the results down, the choices that led
-   there are taken. None of this changes a rounding. */
+   operation knows how few instructions compute it; then, from the results down, the choices that
+   led there are taken. None of this changes a rounding. */
 #include <stdlib.h>
 
 #include "internal.h"

@@ -6,7 +6,7 @@
 #include "integrator.h"
 
 static const double SAFETY = 0.9, SMALLEST_FACTOR = 0.2;
-/* Part of the way to go below which a step is too small, also near t = 0, where roundings are not. */
+/* Part of the way to go below which a step is too small, near t = 0 too, where rounding is not. */
 static const double HOPELESS = 1e-20;
 
 /* x^(-1/root) for root 4, 5, 8, in basic arithmetic: the same bits on every platform. */

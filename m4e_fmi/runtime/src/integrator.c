@@ -127,7 +127,7 @@ int m4e_step(m4e_integrator *s, double bound, double *state, m4e_report *report)
     if (s->model->lanes != 1 || !(bound > t && isfinite(bound)))
         m4e_stop(now, M4E_BAD_ARGUMENT, -1);
     begin(s);
-    while (!now->done) m4e_attempt(s); /* no times are asked for: it ends with the first step done */
+    while (!now->done) m4e_attempt(s); /* no times are asked for: the first step done ends it */
     now->report.step = now->wanted;
     *report = now->report;
     if (report->status < 0) return report->status;

@@ -9,6 +9,10 @@
 #include "m4e.h"
 #include "operations.h"
 
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "programs are read, and instructions dispatched, on little-endian processors only"
+#endif
+
 #ifdef __GNUC__
 #pragma GCC visibility push(hidden)
 #endif
@@ -34,8 +38,8 @@ enum {
 #define M4E_MOST (1u << 24) /* nodes, registers: an index fits the upper bits of a code */
 
 /* Registers of a model, in this order: time, states, inputs, parameters, hoisted values, literals,
-   timely values (timely.c), one that nobody reads, temporaries. `slot[node]` is the register of a node that has one for good,
-   M4E_NONE for what each block computes. */
+   timely values (timely.c), one that nobody reads, temporaries. `slot[node]` is the register of a
+   node that has one for good, M4E_NONE for what each block computes. */
 struct m4e_program {
     m4e_counts count;
     uint8_t *op;
@@ -97,8 +101,8 @@ int m4e_is_within(const fusion *f, uint32_t node); /* it is part of another's in
 /* Its instruction, with nodes for registers; returns 2 if it takes two, one being OP_MORE. */
 int m4e_fused(const fusion *f, uint32_t node, instruction form[2]);
 
-/* Instructions that compute `roots`: the hoisted or the timely values themselves, or what reads both
-   from their registers. */
+/* Instructions that compute `roots`: the hoisted or the timely values themselves, or what reads
+   both from their registers. */
 enum { OF_HOISTED, OF_TIMELY, OF_ALL };
 block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots, int kind);
 void m4e_block_free(block *b);

@@ -24,10 +24,10 @@ enum { AT_A_TIME = 2 };
 typedef double real __attribute__((vector_size(8 * AT_A_TIME), aligned(8)));
 #define M4E_EACH(name, expression)                                                                \
     static inline real each_##name(real as, real bs) {                                            \
-        double x[AT_A_TIME], y[AT_A_TIME];                                                                \
+        double x[AT_A_TIME], y[AT_A_TIME];                                                        \
         memcpy(x, &as, sizeof x);                                                                 \
         memcpy(y, &bs, sizeof y);                                                                 \
-        for (int l = 0; l < AT_A_TIME; ++l) {                                                         \
+        for (int l = 0; l < AT_A_TIME; ++l) {                                                     \
             const double a = x[l], b = y[l];                                                      \
             (void)b;                                                                              \
             x[l] = expression;                                                                    \

@@ -94,7 +94,8 @@ typedef struct {
 } m4e_events;
 
 /* A block: instructions that compute some results from registers, of which the first hold time,
-   states, inputs, parameters, hoisted values, literals and timely values. Operations and operands: internal.h. */
+   states, inputs, parameters, hoisted values, literals and timely values. Operations and operands:
+   internal.h. */
 typedef struct {
     uint32_t code, d, a, b;
 } m4e_instruction;
@@ -111,7 +112,10 @@ typedef struct {
     m4e_kernel *kernel; /* runs instead of the instructions; NULL: none */
 } m4e_block;
 
-enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_TIMELY, M4E_CORNERS, M4E_CONSTANTS, M4E_BLOCKS };
+enum {
+    M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_TIMELY, M4E_CORNERS, M4E_CONSTANTS,
+    M4E_BLOCKS
+};
 
 M4E_API int m4e_abi(void);
 
@@ -154,23 +158,23 @@ M4E_API int m4e_jacobian(m4e_model *model, double t, const double *x, double *re
 /* Integrators of one model. `start` begins at (t, x), trying `step` [s] first: the `step` of the
    last report after a change of inputs or states, 0 where nothing is known. `advance` goes on until
    all `times` (ascending, s) are served, writing one row of states each, and never steps beyond
-   `bound`. Calls may be cut anywhere: `advance` to one bound gives the same bits in one call or many. */
+   `bound`. Calls may be cut anywhere: to one bound, one call or many give the same bits. */
 M4E_API m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
                                            const m4e_events *events);
 M4E_API void m4e_integrator_free(m4e_integrator *integrator);
 M4E_API void m4e_start(m4e_integrator *integrator, double t, const double *x, double step);
 M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
                         const double *times, double *states, m4e_report *report);
-/* One accepted step, not beyond `bound`: M4E_DONE, and where it ended. The same steps as `advance` to
-   that bound takes; without event functions. */
+/* One accepted step, not beyond `bound`: M4E_DONE, and where it ended. The same steps as `advance`
+   to that bound takes; without event functions. */
 M4E_API int m4e_step(m4e_integrator *integrator, double bound, double *state, m4e_report *report);
 /* The states at the time that a failed `advance` or `step` reported. */
 M4E_API void m4e_reached(const m4e_integrator *integrator, double *x);
 
-/* A communication step of a co-simulation, from (t, x) to `end`, which leaves x there. If nothing was
-   set since the step before (`held`), the integrator may go beyond `end`, look up the state there
-   and go on from where it is next time; `ahead` tells if it has, and is its own: 0 at first. Steps of
-   M4E_RK4, and those with a corner or a jump that depends on time, end at `end`. */
+/* A communication step of a co-simulation, from (t, x) to `end`, which leaves x there. If nothing
+   was set since the step before (`held`), the integrator may go beyond `end`, look up the state
+   there and go on from where it is next time; `ahead` tells if it has, and is its own: 0 at first.
+   Steps of M4E_RK4, and those with a corner or a jump that depends on time, end at `end`. */
 M4E_API int m4e_go_on(m4e_integrator *integrator, double t, double *x, double end, int held,
                       double step, int32_t *ahead, m4e_report *report);
 /* What an integrator that is ahead goes on from, so many numbers for n states. */

@@ -14,17 +14,6 @@ static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t 
     return b;
 }
 
-/* Both sides of each corner; of one alone, itself twice. */
-static block *plan_corners(const m4e_program *p) {
-    const uint32_t count = 2 * p->corner_count;
-    uint32_t *roots = malloc((count + (size_t)1) * sizeof *roots);
-    for (uint32_t i = 0; roots && i < count; ++i)
-        roots[i] = p->corners[i] == M4E_NONE ? p->corners[i - 1] : p->corners[i];
-    block *b = roots ? m4e_block_new(p, count, roots, OF_ALL) : NULL;
-    free(roots);
-    return b;
-}
-
 m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t selected,
                          const uint32_t *outputs, uint32_t watched, const uint32_t *events) {
     const m4e_program *p = program;
@@ -39,7 +28,7 @@ m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t se
     m->blocks[M4E_DERIVATIVES] = m4e_block_new(p, p->count.entries, p->derivatives, OF_ALL);
     m->blocks[M4E_WATCHED] = plan_outputs(p, watched, events);
     m->blocks[M4E_TIMELY] = m4e_block_new(p, p->count.timely, p->timely, OF_TIMELY);
-    m->blocks[M4E_CORNERS] = plan_corners(p);
+    m->blocks[M4E_CORNERS] = m4e_block_new(p, 2 * p->corner_count, p->corners, OF_ALL);
     m->blocks[M4E_CONSTANTS] = m4e_block_new(p, p->count.hoisted, p->hoisted, OF_HOISTED);
     uint32_t registers = 0;
     for (int i = 0; i < M4E_BLOCKS; ++i) {

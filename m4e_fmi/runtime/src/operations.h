@@ -10,8 +10,8 @@
 #define M4E_BINARY(X)                                                                             \
     X(ADD, a + b) X(SUB, a - b) X(MUL, a * b) X(DIV, a / b) X(POW, el_pow(a, b))                  \
     X(ATAN2, el_atan2(a, b)) X(MIN, b < a ? b : a) X(MAX, b > a ? b : a)
-/* Several operations in one instruction, in order of their codes; each is rounded by itself. Two: the
-   outer one in groups of three, the inner one within. */
+/* Several operations in one instruction, in order of their codes; each is rounded by itself. Two:
+   the outer one in groups of three, the inner one within. */
 #define M4E_FUSED(X)                                                                              \
     X(ADD_ADD, (a + b) + c) X(SUB_ADD, (a - b) + c) X(MUL_ADD, a * b + c)                         \
     X(ADD_SUB, (a + b) - c) X(SUB_SUB, (a - b) - c) X(MUL_SUB, a * b - c)                         \

@@ -27,14 +27,15 @@
 
 #include "internal.h"
 
-enum { HEADER = 64, VERSION = 2, COUNTS = 9, PIECES = 5, LIMITS = 3 };
-static const uint8_t magic[8] = {0x89, 'M', '4', 'E', 0x0d, 0x0a, 0x1a, 0x0a};
+enum { VERSION = 2, CHECKED_FROM = 16, PIECES = 5 };
+static const uint8_t MAGIC[8] = {0x89, 'M', '4', 'E', 0x0d, 0x0a, 0x1a, 0x0a};
 
-static uint32_t get32(const uint8_t *p) {
-    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
-
-static uint64_t get64(const uint8_t *p) { return get32(p) | (uint64_t)get32(p + 4) << 32; }
+typedef struct {
+    uint8_t magic[8];
+    uint32_t version, checksum;
+    uint64_t size;
+    uint32_t states, inputs, parameters, outputs, calculated, nodes, literals, entries, text, zero;
+} header;
 
 static uint32_t checksum(const uint8_t *p, size_t size) {
     uint32_t table[256], crc = 0xffffffff;
@@ -48,14 +49,13 @@ static uint32_t checksum(const uint8_t *p, size_t size) {
 }
 
 /* Message of what is wrong with the header, NULL if nothing is. */
-static const char *header_problem(const uint8_t *bytes, size_t size) {
-    if (size < HEADER) return "is too short to be a program";
-    if (memcmp(bytes, magic, sizeof magic) != 0) return "is not a program of m4e_fmi";
-    if (get32(bytes + 8) > VERSION) return "was written by a newer version of m4e_fmi";
-    if (get32(bytes + 8) != VERSION || get32(bytes + 60) != 0) return "has a damaged header";
-    if (get64(bytes + 16) > size) return "is truncated";
-    if (get64(bytes + 16) < size) return "has bytes after its end";
-    if (checksum(bytes + 16, size - 16) != get32(bytes + 12))
+static const char *header_problem(const header *h, const uint8_t *bytes, size_t size) {
+    if (memcmp(h->magic, MAGIC, sizeof MAGIC) != 0) return "is not a program of m4e_fmi";
+    if (h->version > VERSION) return "was written by a newer version of m4e_fmi";
+    if (h->version != VERSION || h->zero != 0) return "has a damaged header";
+    if (h->size > size) return "is truncated";
+    if (h->size < size) return "has bytes after its end";
+    if (checksum(bytes + CHECKED_FROM, size - CHECKED_FROM) != h->checksum)
         return "is damaged: its checksum does not match";
     return NULL;
 }
@@ -65,33 +65,14 @@ typedef struct {
     int failed; /* memory is short */
 } cursor;
 
-static uint32_t *read32(cursor *c, size_t count) {
-    uint32_t *values = malloc((count + 1) * sizeof *values);
-    if (!values) c->failed = 1;
-    for (size_t i = 0; values && i < count; ++i) values[i] = get32(c->at + 4 * i);
-    c->at += 4 * count;
-    return values;
-}
-
-static double *read_doubles(cursor *c, size_t count) {
-    double *values = malloc((count + 1) * sizeof *values);
-    if (!values) c->failed = 1;
-    for (size_t i = 0; values && i < count; ++i) {
-        const uint64_t bits = get64(c->at + 8 * i);
-        memcpy(&values[i], &bits, sizeof bits);
-    }
-    c->at += 8 * count;
-    return values;
-}
-
-static m4e_limits *read_limits(cursor *c, size_t count) {
-    m4e_limits *limits = malloc((count + 1) * sizeof *limits);
-    double *values = read_doubles(c, LIMITS * count);
-    if (!limits) c->failed = 1;
-    for (size_t i = 0; limits && values && i < count; ++i)
-        limits[i] = (m4e_limits){values[LIMITS * i], values[LIMITS * i + 1], values[LIMITS * i + 2]};
-    free(values);
-    return limits;
+static void *take(cursor *c, uint64_t size) {
+    void *copy = malloc((size_t)size + 1);
+    if (copy)
+        memcpy(copy, c->at, (size_t)size);
+    else
+        c->failed = 1;
+    c->at += size;
+    return copy;
 }
 
 static uint64_t variables(const m4e_counts *n) {
@@ -101,10 +82,10 @@ static uint64_t variables(const m4e_counts *n) {
 /* Size that the counts imply; they are below 2^32, so nothing overflows. */
 static uint64_t implied_size(const m4e_counts *n, uint64_t text) {
     const uint64_t given = (uint64_t)n->parameters + n->inputs + n->states;
-    const uint64_t doubles = n->literals + given + LIMITS * variables(n);
+    const uint64_t doubles = n->literals + given + 3 * variables(n);
     const uint64_t roots = (uint64_t)n->states + n->outputs + n->calculated;
     const uint64_t words = 2 * (uint64_t)n->nodes + roots + 3 * (uint64_t)n->entries + variables(n);
-    return HEADER + 8 * doubles + 4 * words + (n->nodes + UINT64_C(3)) / 4 * 4 + text;
+    return sizeof(header) + 8 * doubles + 4 * words + (n->nodes + UINT64_C(3)) / 4 * 4 + text;
 }
 
 static const char *nodes_problem(const m4e_program *p) {
@@ -144,7 +125,7 @@ static const char *roots_problem(const m4e_program *p) {
     return NULL;
 }
 
-static const char *text_problem(const m4e_counts *n, const uint8_t *text, size_t size) {
+static const char *text_problem(const m4e_counts *n, const char *text, size_t size) {
     uint64_t pieces = 0;
     for (size_t i = 0; i < size; ++i) pieces += text[i] == 0;
     if (size == 0 || text[size - 1] != 0 || pieces != 2 + PIECES * variables(n))
@@ -163,12 +144,14 @@ static uint8_t variability(const m4e_program *p, uint32_t node, const uint8_t *h
     return a > b ? a : b;
 }
 
-/* Arguments of operations that bend or jump where two of them are equal, or one is zero. */
+/* Arguments of operations that bend or jump where two of them are equal; or one, twice, is zero. */
 static void add_corner(m4e_program *p, uint32_t node) {
     const uint8_t op = p->op[node];
+    const uint32_t a = p->a[node], b = op >= FIRST_BINARY ? p->b[node] : a;
     if (op != OP_ABS && op != OP_SIGN && op != OP_MIN && op != OP_MAX) return;
-    p->corners[2 * p->corner_count] = p->a[node];
-    p->corners[2 * p->corner_count++ + 1] = op >= FIRST_BINARY ? p->b[node] : M4E_NONE;
+    if (op >= FIRST_BINARY && a == b) return;
+    p->corners[2 * p->corner_count] = a;
+    p->corners[2 * p->corner_count++ + 1] = b;
 }
 
 /* Lists the timely nodes that rates, or what moves in them, read, and gives them the registers from
@@ -232,34 +215,32 @@ done:
 
 static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) {
     const m4e_counts *n = &p->count;
-    cursor c = {bytes + HEADER, 0};
-    p->literals = read_doubles(&c, n->literals);
-    p->starts = read_doubles(&c, (size_t)n->parameters + n->inputs + n->states);
-    p->limits = read_limits(&c, (size_t)variables(n));
-    p->a = read32(&c, n->nodes);
-    p->b = read32(&c, n->nodes);
-    p->op = malloc(n->nodes + (size_t)1);
-    if (p->op) memcpy(p->op, c.at, n->nodes);
-    c.at += (n->nodes + (size_t)3) / 4 * 4;
-    p->rates = read32(&c, n->states);
-    p->results = read32(&c, n->outputs);
-    p->constants = read32(&c, n->calculated);
-    p->rows = read32(&c, n->entries);
-    p->columns = read32(&c, n->entries);
-    p->derivatives = read32(&c, n->entries);
-    p->flags = read32(&c, (size_t)variables(n));
-    p->text = malloc(text + 1);
-    if (p->text) memcpy(p->text, c.at, text);
-    p->slot = malloc((n->nodes + (size_t)1) * sizeof *p->slot);
-    p->hoisted = malloc((n->nodes + (size_t)1) * sizeof *p->hoisted);
-    p->timely = malloc((n->nodes + (size_t)1) * sizeof *p->timely);
-    p->corners = malloc(2 * (n->nodes + (size_t)1) * sizeof *p->corners);
-    if (c.failed || !p->op || !p->slot || !p->hoisted || !p->timely || !p->corners || !p->text)
+    cursor c = {bytes + sizeof(header), 0};
+    const size_t word = sizeof(uint32_t), given = (size_t)n->parameters + n->inputs + n->states;
+    p->literals = take(&c, n->literals * sizeof *p->literals);
+    p->starts = take(&c, given * sizeof *p->starts);
+    p->limits = take(&c, variables(n) * sizeof *p->limits);
+    p->a = take(&c, n->nodes * word);
+    p->b = take(&c, n->nodes * word);
+    p->op = take(&c, (n->nodes + (size_t)3) / 4 * 4);
+    p->rates = take(&c, n->states * word);
+    p->results = take(&c, n->outputs * word);
+    p->constants = take(&c, n->calculated * word);
+    p->rows = take(&c, n->entries * word);
+    p->columns = take(&c, n->entries * word);
+    p->derivatives = take(&c, n->entries * word);
+    p->flags = take(&c, variables(n) * word);
+    p->text = take(&c, text);
+    p->slot = malloc((n->nodes + (size_t)1) * word);
+    p->hoisted = malloc((n->nodes + (size_t)1) * word);
+    p->timely = malloc((n->nodes + (size_t)1) * word);
+    p->corners = malloc(2 * (n->nodes + (size_t)1) * word);
+    if (c.failed || !p->slot || !p->hoisted || !p->timely || !p->corners)
         return "does not fit into memory";
-    memset(p->slot, 0xff, n->nodes * sizeof *p->slot);
+    memset(p->slot, 0xff, n->nodes * word);
     const char *problem = nodes_problem(p);
     if (!problem) problem = roots_problem(p);
-    if (!problem) problem = text_problem(n, c.at, text);
+    if (!problem) problem = text_problem(n, p->text, text);
     if (!problem && !assign_slots(p)) problem = "does not fit into memory";
     for (uint32_t i = 0; !problem && i < n->calculated; ++i) {
         const uint32_t slot = p->slot[p->constants[i]];
@@ -271,12 +252,16 @@ static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) 
 
 m4e_program *m4e_program_read(const uint8_t *bytes, size_t size, char *message, size_t room) {
     m4e_program *p = NULL;
-    const char *problem = header_problem(bytes, size);
+    header h;
+    const char *problem = "is too short to be a program";
+    if (size >= sizeof h) {
+        memcpy(&h, bytes, sizeof h);
+        problem = header_problem(&h, bytes, size);
+    }
     if (!problem) {
-        uint32_t n[COUNTS];
-        for (int i = 0; i < COUNTS; ++i) n[i] = get32(bytes + 24 + 4 * i);
-        const m4e_counts count = {n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], 0, 0};
-        if (implied_size(&count, n[8]) != size)
+        const m4e_counts count = {h.states, h.inputs, h.parameters, h.outputs, h.calculated,
+                                  h.nodes, h.literals, h.entries, 0, 0};
+        if (implied_size(&count, h.text) != size)
             problem = "has counts that do not match its size";
         else if (variables(&count) + count.nodes + count.literals >= M4E_MOST)
             problem = "is larger than this version can run";
@@ -284,7 +269,7 @@ m4e_program *m4e_program_read(const uint8_t *bytes, size_t size, char *message, 
             problem = "does not fit into memory";
         else {
             p->count = count;
-            problem = read_body(p, bytes, n[8]);
+            problem = read_body(p, bytes, h.text);
         }
     }
     if (!problem) return p;

@@ -110,7 +110,7 @@ static void attempt(m4e_integrator *s) {
     const size_t n = s->n;
     const double h = s->lanes[0].h;
     double **k = s->k + 1; /* k[-1] holds the rates at x */
-    m4e_foresee_step(s, ORDER_STAGES - 2, node + 1); /* the first is done, the last are at one time */
+    m4e_foresee_step(s, ORDER_STAGES - 2, node + 1); /* the first is done, the last two are one */
     s->dense_ready = 0;
     s->lanes[0].error = NAN;
     if (n > 0 && !factorise(s, 1.0 / (h * GAMMA))) return;

@@ -1,8 +1,8 @@
 /* Coefficients of the explicit methods: a row is the non-zero weights of a sum over stages k.
 
    Classical method of order 4: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
-   table 1.2. Dormand and Prince 5(4): the same, table 5.2, dense output of section II.6. Dormand and
-   Prince 8(5,3): the same, sections II.5 and II.6, to the digits of its authors' program DOP853. */
+   table 1.2. Dormand and Prince 5(4): the same, table 5.2, dense output of section II.6. Dormand
+   and Prince 8(5,3): the same, sections II.5, II.6, to the digits of its authors' DOP853. */
 #ifndef M4E_TABLEAU_H
 #define M4E_TABLEAU_H
 

@@ -1,7 +1,7 @@
 /* Timely values: what rates read that depends on time and parameters only, such as the forces of
-   waves. They are computed once for each time, by a block of their own, and where an integrator says
-   which times it will need, for M4E_LANES of them at once: the instructions are those of a single
-   time, so are the bits. */
+   waves. They are computed once for each time, by a block of their own, and where an integrator
+   says which times it will need, for M4E_LANES of them at once: the instructions are those of a
+   single time, so are the bits. */
 #include <stdlib.h>
 
 #include "internal.h"
@@ -16,7 +16,7 @@ int m4e_timely_new(m4e_model *m) {
     f->memory = calloc(registers * M4E_LANES + count * FORESEEN + 8, sizeof *f->wide);
     if (!f->memory) return 0;
     f->wide = (double *)(((uintptr_t)f->memory + 63) & ~(uintptr_t)63);
-    f->run = m4e_lanes_runner(); /* asks the processor, which takes as long as thousands of operations */
+    f->run = m4e_lanes_runner(); /* asks the processor: as long as thousands of operations */
     f->values = f->wide + registers * M4E_LANES;
     return 1;
 }

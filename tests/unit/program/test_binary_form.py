@@ -79,7 +79,7 @@ def test_every_flipped_bit_and_every_truncation_is_refused() -> None:
             decode(data[:size])
 
 
-def test_wrong_counts_and_indices_are_refused_even_under_a_right_checksum() -> None:
+def test_the_library_refuses_wrong_counts_and_indices_even_under_a_right_checksum() -> None:
     data = encode(every_operation(), [(0, 0, 1)])
     rng = random.Random(3)
     taken = 0
@@ -91,10 +91,6 @@ def test_wrong_counts_and_indices_are_refused_even_under_a_right_checksum() -> N
             mutant[word : word + 4] = struct.pack("<I", value)
         sealed = _sealed(bytes(mutant))
         taken += not _refusal(sealed)
-        try:
-            decode(sealed)
-        except InputError:
-            continue
     assert 0 < taken < 4000  # start values and literals may be anything
 
 

@@ -1,5 +1,5 @@
-/* Derivatives: of what is calculated by what is known, in a direction or adjoint to it, and by time.
-   All come from the tangent, a program of its own (tangent.m4e). */
+/* Derivatives: of what is calculated by what is known, in a direction or adjoint to it, and by
+   time. All come from the tangent, a program of its own (tangent.m4e). */
 #include <math.h>
 #include <string.h>
 

@@ -39,6 +39,12 @@ typedef const uint32_t references[];
     FUNCTION(fmi2##name2, phases2, parameters, __VA_ARGS__)                                        \
     FUNCTION(fmi3##name3, phases3, parameters, __VA_ARGS__)
 
+/* Values of a type that no variable of these FMUs has. */
+#define NONE(name, ...)                                                                            \
+    FUNCTION(name, ALWAYS, (void *self, references r, size_t count, __VA_ARGS__),                  \
+             CHECK(count == 0, "%s: there is no such variable", c->function);                      \
+             return FMI_OK;)
+
 enum {
     WITHIN = READABLE | INTERMEDIATE, ALWAYS = ANY | INTERMEDIATE,
     EVALUABLE = INITIALIZATION | EVENT | CONTINUOUS | TERMINATED,
@@ -153,15 +159,11 @@ FUNCTION(fmi2SetReal, SETTABLE, (void *self, references r, size_t count, const d
          return set_values(c, r, count, values, count);)
 FUNCTION(fmi2GetString, READABLE, (void *self, references r, size_t count, text values[]),
          return get_text(c, r, count, values, count);)
-#define REFUSED(name, values)                                                                      \
-    FUNCTION(fmi2##name, ANY, (void *self, references r, size_t count, values),                    \
-             CHECK(count == 0, "%s: there is no such variable", c->function);                      \
-             return FMI_OK;)
-REFUSED(GetInteger, int values[])
-REFUSED(GetBoolean, int values[])
-REFUSED(SetInteger, const int values[])
-REFUSED(SetBoolean, const int values[])
-REFUSED(SetString, const text values[])
+NONE(fmi2GetInteger, int values[])
+NONE(fmi2GetBoolean, int values[])
+NONE(fmi2SetInteger, const int values[])
+NONE(fmi2SetBoolean, const int values[])
+NONE(fmi2SetString, const text values[])
 FUNCTION(fmi2GetDirectionalDerivative, READABLE,
          (void *self, references unknown, size_t unknowns, references known, size_t knowns,
           const double seed[], double result[]),
@@ -275,7 +277,7 @@ fmi3InstantiateScheduledExecution(text name, text token, text resources, bool vi
                                   callback *clock_update, callback *lock, callback *unlock) {
     if (logger)
         logger(environment, FMI_ERROR, "logStatusError",
-               "this FMU has no scheduled execution: it is one of co-simulation and model exchange");
+               "this FMU has no scheduled execution, only co-simulation and model exchange");
     return NULL;
 }
 
@@ -382,12 +384,9 @@ FUNCTION(fmi3EnterConfigurationMode, INSTANTIATED | EVENT | STEP, (void *self),
 FUNCTION(fmi3ExitConfigurationMode, 0, (void *self), return FMI_OK;)
 FUNCTION(fmi3EnterStepMode, 0, (void *self), return FMI_OK;)
 FUNCTION(fmi3ActivateModelPartition, 0, (void *self, uint32_t clock, double t), return FMI_OK;)
-#define NONE(name, ...)                                                                            \
-    FUNCTION(fmi3##name, ALWAYS, (void *self, references r, size_t count, __VA_ARGS__),            \
-             CHECK(count == 0, "%s: this FMU has no such variable", c->function);                  \
-             return FMI_OK;)
 #define NO_NUMBER(Type, type)                                                                      \
-    NONE(Get##Type, type values[], size_t room) NONE(Set##Type, const type values[], size_t given)
+    NONE(fmi3Get##Type, type values[], size_t room)                                                \
+    NONE(fmi3Set##Type, const type values[], size_t given)
 NO_NUMBER(Float32, float)
 NO_NUMBER(Int8, int8_t)
 NO_NUMBER(UInt8, uint8_t)
@@ -398,16 +397,16 @@ NO_NUMBER(UInt32, uint32_t)
 NO_NUMBER(Int64, int64_t)
 NO_NUMBER(UInt64, uint64_t)
 NO_NUMBER(Boolean, bool)
-NONE(SetString, const text values[], size_t given)
-NONE(GetBinary, size_t sizes[], binary values[], size_t room)
-NONE(SetBinary, const size_t sizes[], const binary values[], size_t given)
-NONE(GetClock, bool values[])
-NONE(SetClock, const bool values[])
-NONE(GetIntervalDecimal, double intervals[], int qualifiers[])
-NONE(GetIntervalFraction, uint64_t counters[], uint64_t resolutions[], int qualifiers[])
-NONE(GetShiftDecimal, double shifts[])
-NONE(GetShiftFraction, uint64_t counters[], uint64_t resolutions[])
-NONE(SetIntervalDecimal, const double intervals[])
-NONE(SetIntervalFraction, const uint64_t counters[], const uint64_t resolutions[])
-NONE(SetShiftDecimal, const double shifts[])
-NONE(SetShiftFraction, const uint64_t counters[], const uint64_t resolutions[])
+NONE(fmi3SetString, const text values[], size_t given)
+NONE(fmi3GetBinary, size_t sizes[], binary values[], size_t room)
+NONE(fmi3SetBinary, const size_t sizes[], const binary values[], size_t given)
+NONE(fmi3GetClock, bool values[])
+NONE(fmi3SetClock, const bool values[])
+NONE(fmi3GetIntervalDecimal, double intervals[], int qualifiers[])
+NONE(fmi3GetIntervalFraction, uint64_t counters[], uint64_t resolutions[], int qualifiers[])
+NONE(fmi3GetShiftDecimal, double shifts[])
+NONE(fmi3GetShiftFraction, uint64_t counters[], uint64_t resolutions[])
+NONE(fmi3SetIntervalDecimal, const double intervals[])
+NONE(fmi3SetIntervalFraction, const uint64_t counters[], const uint64_t resolutions[])
+NONE(fmi3SetShiftDecimal, const double shifts[])
+NONE(fmi3SetShiftFraction, const uint64_t counters[], const uint64_t resolutions[])

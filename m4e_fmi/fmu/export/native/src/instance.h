@@ -127,8 +127,8 @@ int count_numbers(const char *text, size_t *lines, size_t *numbers);
 uint8_t *read_resource(instance *c, const char *file, size_t *size);
 /* Fills c->layout from a file, or without one; 0 and a message. */
 int read_layout(instance *c, const char *file);
-/* The scalars of value references, which must be `numbers`; NULL and a message if they are not. There
-   are two lists, 0 and 1, each good until the next call for it. */
+/* The scalars of value references, which must be `numbers`; NULL and a message if they are not.
+   There are two lists, 0 and 1, each good until the next call for it. */
 const uint32_t *scalars_of(instance *c, const uint32_t references[], size_t count, size_t numbers,
                            int list);
 
