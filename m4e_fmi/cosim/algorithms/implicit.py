@@ -97,7 +97,7 @@ class Implicit:
             self._step(self._all, time, size, x)
             return self._found() - x
 
-        def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
+        def jacobian(x: np.ndarray, r: np.ndarray, again: bool) -> np.ndarray:
             matrix = self._jacobian(x, r, (time, size), scale, declared=not again)
             self._felt = np.abs(matrix + np.eye(len(x))) @ sizes
             np.maximum(scale, self._felt, out=scale)

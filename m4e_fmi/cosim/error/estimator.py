@@ -62,9 +62,8 @@ from m4e_fmi.cosim.error.trajectory import (
 from m4e_fmi.cosim.network.failures import LostError
 from m4e_fmi.cosim.network.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.network.operations import Operation, gather
-from m4e_fmi.cosim.stepping.algorithm import Algorithm
+from m4e_fmi.cosim.stepping.algorithm import BLOCK, Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
-from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.reading import Description

@@ -14,7 +14,7 @@ import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.operations import Monitor
-from m4e_fmi.cosim.time_loop.energy import BLOCK
+from m4e_fmi.cosim.stepping.algorithm import BLOCK
 
 HISTORY = 4
 """Steps before one that its fourth difference looks at."""

@@ -175,7 +175,7 @@ class Network:
         self.telling = tuple(i for i in instances.values() if i.description.version == "3.0")
         self._events = tuple(instance.events for instance in instances.values())
         self._set_scales()
-        self.scenario = Scenario(prepared, self)
+        self.scenario = Scenario(prepared, self.instances, self._present, self.read)
         self._points: WeakSet[NetworkSnapshot] = WeakSet()
         self.time = prepared.system.simulation.start_time
         self.coarse = 1.0
@@ -460,7 +460,7 @@ class Network:
         if not self.scenario:
             return ()
         before = self.values.copy()
-        acted = self.scenario.act(self.time)
+        acted = self.scenario.act(self.time, self.values)
         self.left = before if acted.ports else None
         for component, names in acted.changes.items():
             self._read_again(component, names)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -46,15 +45,11 @@ OF_NOMINAL = 0.01
 """Share of a variable's nominal value below which its size does not matter (FMI 2.0, 2.2.7)."""
 
 Residual = Callable[[np.ndarray], np.ndarray]
+Jacobian = Callable[[np.ndarray, np.ndarray, bool], np.ndarray]
+"""Unknowns x, the residual there → matrix of its derivatives, (n, n) in the unknowns' units.
 
-
-class _Jacobian(Protocol):
-    """Unknowns x and the residual there → matrix of its derivatives.
-
-    `again` if one was found for this solution before, and was not good enough.
-    """
-
-    def __call__(self, x: np.ndarray, r: np.ndarray, /, *, again: bool) -> np.ndarray: ...
+The third argument is true if one was found for this solution before, and was not good enough.
+"""
 
 
 class NotConvergedError(Exception):
@@ -84,12 +79,12 @@ class QuasiNewton:
         self._matrix = None
 
     def solve(
-        self, residual: Residual, jacobian: _Jacobian, x: np.ndarray, scale: np.ndarray
+        self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
         """The zero near `x` of `residual`, f(x) - x, all (n,) in the unknowns' units.
 
-        `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian` may
-        enlarge them in place. An unknown is as large as x and f(x) are, there.
+        `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian`, which
+        gives derivatives (n, n) in the same units, may enlarge them in place. An unknown is as large as x and f(x) are, there.
         The last call of `residual` is the one at the zero. NotConvergedError if no zero is found.
         """
         r = residual(x)
@@ -105,7 +100,7 @@ class QuasiNewton:
                     break
                 best.append(min(size, best[-1]))
                 if self._matrix is None:
-                    self._matrix = jacobian(x, r, again=renewal > 0)
+                    self._matrix = jacobian(x, r, renewal > 0)
                     r = residual(x)
                 scaled = self._matrix * scale / scale[:, None]
                 way = _solution(scaled, -r / scale)
@@ -234,7 +229,10 @@ class LoopEquations:
         guess = self.input_values[self._places]
         self._scale = np.maximum(self._scale, np.abs(guess))
         try:
-            self._newton.solve(self._residual, self._jacobian, guess, self._scale)
+            # derivatives are exact, and differences cannot be had better: none is found anew
+            self._newton.solve(
+                self._residual, lambda x, r, _: self._jacobian(x, r), guess, self._scale
+            )
         except NotConvergedError as failure:
             port, time = self._solved[failure.worst].target, self._time
             raise RunError(
@@ -264,7 +262,7 @@ class LoopEquations:
     def check_regular(self) -> None:
         """RunError if the loop is singular at its solution, so that there are others."""
         x = self.input_values[self._places]
-        matrix = self._jacobian(x, self._residual(x), again=False)
+        matrix = self._jacobian(x, self._residual(x))
         self._residual(x)  # the FMUs have the solution again
         if is_singular((-matrix).tolist(), least=SINGULAR):
             raise RunError(
@@ -283,8 +281,7 @@ class LoopEquations:
         self._evaluate.run(self._time)
         return self.output_values[self._source] - x
 
-    def _jacobian(self, x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
-        del again  # derivatives are exact, differences cannot be had better
+    def _jacobian(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
         matrix = np.zeros((len(x), len(x)))
         for column, link in enumerate(self._solved):
             port, instance = link.target, self.instances[link.target.component]

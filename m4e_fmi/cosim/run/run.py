@@ -34,6 +34,7 @@ from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, Outcome
 from m4e_fmi.cosim.stepping.algorithm import (
+    BLOCK,
     Algorithm,
     ErrorEstimating,
     Undoing,
@@ -41,11 +42,11 @@ from m4e_fmi.cosim.stepping.algorithm import (
     made,
 )
 from m4e_fmi.cosim.stepping.step_control import StepControl
+from m4e_fmi.cosim.stepping.time_events import NEXT_EVENT_TIME
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.simulation import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
-from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
-from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
+from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import InputError, RunError
@@ -212,7 +213,7 @@ class Run:
             self.energy,
             self.simulation,
             results=self.results,
-            watcher=self.estimator,
+            estimator=self.estimator,
             control=self._control,
             returns=self._shortens,
             singly=bool(self.options.observers) or self.options.changeable,
@@ -320,7 +321,8 @@ class Run:
     def _advance(self, most: float = math.inf) -> None:
         """Make as many steps as can be made at once, `most` at most, and look at what has come."""
         try:
-            self.time_loop.prepare()
+            if self.estimator:
+                self.estimator.before()
             self.is_stepping = True
             room = self.second_look.room(self.steps) or BLOCK
             self.time_loop.advance(room if room <= most else int(most))

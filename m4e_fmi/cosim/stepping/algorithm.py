@@ -25,6 +25,8 @@ from m4e_fmi.cosim.network.schedule import Schedule, StepLoop
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_descriptor
 from m4e_fmi.errors import RunError
 
+BLOCK = 1024
+"""Steps that are made at once, at most, and noted before they are evaluated."""
 _HALVES = 1
 """Where the FMUs keep their states at the start of a step that is made in two halves."""
 

@@ -43,10 +43,9 @@ import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.operations import Operation, gather
+from m4e_fmi.cosim.stepping.algorithm import BLOCK
 from m4e_fmi.cosim.wiring.links import Bond
 
-BLOCK = 1024
-"""Steps that are noted before they are evaluated."""
 LIKE = 4.0
 """Largest ratio of two neighbouring steps that give a second derivative."""
 NOISE = 1e-12
