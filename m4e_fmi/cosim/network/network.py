@@ -43,7 +43,7 @@ from m4e_fmi.cosim.network.arrivals import (
 from m4e_fmi.cosim.network.discrete import Discrete, Kept
 from m4e_fmi.cosim.network.initialisation import Initialisation
 from m4e_fmi.cosim.network.instance import Instance
-from m4e_fmi.cosim.network.newton import LoopEquations, LoopSnapshot, SolvedLoop
+from m4e_fmi.cosim.network.newton import LoopEquations, SolvedLoop
 from m4e_fmi.cosim.network.operations import (
     DoStep,
     Due,
@@ -54,6 +54,7 @@ from m4e_fmi.cosim.network.operations import (
     gather,
     setting,
 )
+from m4e_fmi.cosim.network.restorable import Snapshot
 from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario, ScenarioSnapshot
 from m4e_fmi.cosim.system.simulation import ComponentStep
@@ -100,7 +101,7 @@ class NetworkSnapshot:
     values: np.ndarray
     inputs: np.ndarray
     discrete: Kept
-    loops: tuple[LoopSnapshot, ...]
+    loops: tuple[Snapshot, ...]
     roughness: float
     scenario: ScenarioSnapshot
 

@@ -8,13 +8,13 @@ where that is not enough it is found anew. An iteration that does not converge i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_fmi.cosim.network.instance import Instance
 from m4e_fmi.cosim.network.operations import LOST, Choose, Get, Operation, setting
+from m4e_fmi.cosim.network.restorable import Restorable
 from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.wiring.links import PLAIN, Link, Port
 from m4e_fmi.cosim.wiring.structure import AlgebraicLoop, Transfer
@@ -84,8 +84,9 @@ class QuasiNewton:
         """The zero near `x` of `residual`, f(x) - x, all (n,) in the unknowns' units.
 
         `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian`, which
-        gives derivatives (n, n) in the same units, may enlarge them in place. An unknown is as large as x and f(x) are, there.
-        The last call of `residual` is the one at the zero. NotConvergedError if no zero is found.
+        gives derivatives (n, n) in the same units, may enlarge them in place. An unknown is as
+        large as x and f(x) are, there. The last call of `residual` is the one at the zero.
+        NotConvergedError if no zero is found.
         """
         r = residual(x)
         least = np.maximum(np.abs(x), np.abs(x + r))
@@ -134,27 +135,15 @@ def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(matrix, right, rcond=None)[0]
 
 
-@dataclass(frozen=True)
-class LoopSnapshot:
-    """The past of an algebraic loop: values of its inputs and outputs, Jacobian, and scales.
-
-    `inputs`, `outputs` and `scale` are float arrays in the FMUs' units.
-    """
-
-    inputs: np.ndarray
-    outputs: np.ndarray
-    newton: QuasiNewton
-    started: bool
-    scale: np.ndarray
-
-
-class LoopEquations:
+class LoopEquations(Restorable):
     """Inputs and outputs that depend on one another within an instant.
 
     `links` (of all those given) lead to the loop's inputs, `outputs` are its outputs; `solve` finds
     `input_values` (n_links,) that links carry, in their sources' units, and `output_values`
     (n_outputs,), in theirs; the FMUs then have them. `known` links carry values from outside.
     """
+
+    restored = ("input_values", "output_values", "_newton", "is_started", "_scale")
 
     def __init__(
         self, instances: Mapping[str, Instance], loop: AlgebraicLoop, links: Iterable[Link]
@@ -198,23 +187,6 @@ class LoopEquations:
     def roughness(self) -> float:
         """The largest residual that was left, as of `QuasiNewton`."""
         return self._newton.roughness
-
-    def snapshot(self) -> LoopSnapshot:
-        """Copies of the values and the scales from which the next solution starts."""
-        return LoopSnapshot(
-            self.input_values.copy(),
-            self.output_values.copy(),
-            copy(self._newton),
-            self.is_started,
-            self._scale.copy(),
-        )
-
-    def restore(self, kept: LoopSnapshot) -> None:
-        """Return to a snapshot; the calls of the FMUs hold the addresses of the arrays."""
-        self.input_values[:], self.output_values[:] = kept.inputs, kept.outputs
-        self._scale[:] = kept.scale
-        self.is_started = kept.started
-        self._newton = copy(kept.newton)
 
     def solve(self, known: Mapping[Link, float]) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails.
