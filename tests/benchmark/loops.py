@@ -40,7 +40,7 @@ def quasi_newton(*, differences: bool) -> Callable[[Counted, np.ndarray, np.ndar
     newton = QuasiNewton()
 
     def solve(residual: Counted, x: np.ndarray, scale: np.ndarray) -> np.ndarray:
-        def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
+        def jacobian(x: np.ndarray, r: np.ndarray, again: bool) -> np.ndarray:
             if not differences and not again:
                 return -np.eye(len(x))
             columns = []

@@ -28,7 +28,7 @@ LAYERS = {
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
         "system wiring scenario ssp system_file network "
-        "preparation composition results stepping algorithms time_loop error monitoring "
+        "preparation composition results stepping algorithms error time_loop monitoring "
         "run save"
     ),
 }

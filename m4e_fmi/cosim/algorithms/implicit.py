@@ -20,15 +20,12 @@ where FMUs hold their inputs.) All FMUs must be able to go back.
 
 from __future__ import annotations
 
-from copy import copy
-from dataclasses import dataclass
-
 import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
+from m4e_fmi.cosim.network.restorable import Restorable
 from m4e_fmi.cosim.network.schedule import Schedule
-from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
 from m4e_fmi.cosim.stepping.pieces import ComponentStepper, InputTrajectories, StepValues
 from m4e_fmi.cosim.stepping.step_control import Scale
@@ -40,19 +37,11 @@ SEEN, WIDER, WIDENINGS = 1e-10, 1e3, 5
 difference of the input grows until it does; largest number of attempts."""
 
 
-@dataclass(frozen=True)
-class ImplicitSnapshot(AlgorithmSnapshot):
-    """The iteration with its Jacobian, and the sizes of the unknowns."""
-
-    newton: QuasiNewton
-    scale: np.ndarray
-    felt: np.ndarray
-
-
-class Implicit:
+class Implicit(Restorable):
     """Steps of all components, repeated until inputs and outputs agree."""
 
     order = 2
+    restored = ("_newton", "_scale", "_felt")
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -97,7 +86,7 @@ class Implicit:
             self._step(self._all, time, size, x)
             return self._found() - x
 
-        def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
+        def jacobian(x: np.ndarray, r: np.ndarray, again: bool) -> np.ndarray:
             matrix = self._jacobian(x, r, (time, size), scale, declared=not again)
             self._felt = np.abs(matrix + np.eye(len(x))) @ sizes
             np.maximum(scale, self._felt, out=scale)
@@ -117,16 +106,6 @@ class Implicit:
     def undo(self) -> None:
         """Return all components to the start of the step."""
         self._step_values.undo()
-
-    def snapshot(self) -> ImplicitSnapshot:
-        """The iteration as it is now."""
-        return ImplicitSnapshot(copy(self._newton), self._scale.snapshot(), self._felt)
-
-    def restore(self, snapshot: AlgorithmSnapshot) -> None:
-        """Continue as from where the snapshot was taken."""
-        assert isinstance(snapshot, ImplicitSnapshot)
-        self._newton, self._felt = copy(snapshot.newton), snapshot.felt
-        self._scale.restore(snapshot.scale)
 
     def _found(self) -> np.ndarray:
         """Values of the connected inputs' sources, in the middle and at the end; or known ones."""

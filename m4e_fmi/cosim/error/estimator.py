@@ -51,7 +51,7 @@ import numpy as np
 from m4e_fmi.cosim.error.course import DOUBLE, FASTER, Course, grows, throughout
 from m4e_fmi.cosim.error.report import ONE_LENGTH, Coverage, Spans, monitored_places, over
 from m4e_fmi.cosim.error.roughness import Roughness
-from m4e_fmi.cosim.error.state import EstimateSnapshot, EstimateState, Stretch
+from m4e_fmi.cosim.error.state import EstimateState, Stretch
 from m4e_fmi.cosim.error.trajectory import (
     Trajectory,
     differences,
@@ -62,9 +62,9 @@ from m4e_fmi.cosim.error.trajectory import (
 from m4e_fmi.cosim.network.failures import LostError
 from m4e_fmi.cosim.network.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.network.operations import Operation, gather
-from m4e_fmi.cosim.stepping.algorithm import Algorithm
+from m4e_fmi.cosim.network.restorable import Restorable, Snapshot
+from m4e_fmi.cosim.stepping.algorithm import BLOCK, Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
-from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.reading import Description
@@ -109,7 +109,7 @@ WILD = "steps of twice the length come too far from the run"
 SPENT = f"no more than {MOST} of the steps are made again"
 
 
-class ErrorEstimator:
+class ErrorEstimator(Restorable):
     """Estimates the error of a run of `network` by an algorithm of this `order`.
 
     `make` makes the algorithm anew. The second trajectory is that of the network itself, or of
@@ -117,8 +117,10 @@ class ErrorEstimator:
     TWICE and HALF, to be tried in this order. With `whole` steps, no step of the run can stand
     alone among steps of twice the length. `longer` is that of `CouplingErrorReport`.
 
-    The `operations` are to be performed after each step of the run.
+    The `operations` are to be performed after each step of the run; `state` is all that it knows.
     """
+
+    restored = ("state", "_roughness")
 
     def __init__(
         self,
@@ -157,7 +159,7 @@ class ErrorEstimator:
             self._roughness.operation,
         )
         self._start, nothing = self._now, np.zeros(len(self._sources))
-        self._state = EstimateState(
+        self.state = EstimateState(
             lengths=tuple(lengths),
             bounds=np.repeat(network.values[self._sources][None], 2, axis=0),
             leaps=nothing,
@@ -167,13 +169,13 @@ class ErrorEstimator:
         )
         if other is not None:
             other.pause = lambda: network.pause()
-            self._state.course = Course.at(self._start, lengths[0], len(self._sources), speaks=True)
-            self._state.until = self._state.begins = FAR
+            self.state.course = Course.at(self._start, lengths[0], len(self._sources), speaks=True)
+            self.state.until = self.state.begins = FAR
 
     @property
     def failure(self) -> str:
         """Why the errors are not known, if so."""
-        state = self._state
+        state = self.state
         if state.failure or state.courses:
             return state.failure
         if state.steps < 2:
@@ -189,18 +191,18 @@ class ErrorEstimator:
     def _most(self) -> float:
         """Steps that may be made again in all."""
         planned = (self._stop - self._start) / self._size
-        return max(FEW, MOST * max(planned, self._state.steps))
+        return max(FEW, MOST * max(planned, self.state.steps))
 
     @property
     def _is_done(self) -> bool:
         """True if no step is to be made again any more."""
-        state = self._state
+        state = self.state
         return bool(state.failure) or not (state.course or (state.lengths and not self._beside))
 
     def before(self) -> None:
         """Before a step of the run: ends a stretch, and keeps the point where the next begins."""
         self._close_whole()
-        state = self._state
+        state = self.state
         if state.stretch is not None or self._is_done:
             return
         if state.steps == state.begins:
@@ -221,26 +223,21 @@ class ErrorEstimator:
         """Account for values that were set at the present point, and exchanged."""
         self.before()
         self._roughness.forget()
-        if self._state.stretch:
-            self._state.stretch.changes.setdefault(self._now, []).extend(changes)
+        if self.state.stretch:
+            self.state.stretch.changes.setdefault(self._now, []).extend(changes)
 
-    def snapshot(self) -> EstimateSnapshot:
-        """The state at the present point."""
-        return EstimateSnapshot(self._state.copy(), self._roughness.snapshot())
-
-    def restore(self, snapshot: EstimateSnapshot) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Continue as from where the snapshot was taken, without estimates made since then."""
-        self._state = snapshot.state.copy()
-        self._roughness.restore(snapshot.roughness)
+        super().restore(snapshot)
         if self._beside:
             why = "the run went on from a saved state, a second set of FMUs did not"
-            self._state.failure = self._state.failure or why
+            self.state.failure = self.state.failure or why
 
     @property
     def room(self) -> int:
         """Number of steps that may be made at once before `after` is called."""
-        stretch = self._state.stretch
-        return FAR if stretch is None else stretch.end - self._state.steps
+        stretch = self.state.stretch
+        return FAR if stretch is None else stretch.end - self.state.steps
 
     def after(
         self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
@@ -250,7 +247,7 @@ class ErrorEstimator:
         The last has `jumped`: what was before it is forgotten. The jump was `within` it, or else at
         its end.
         """
-        state = self._state
+        state = self.state
         stretch = state.stretch
         state.steps += steps
         if stretch is None or not steps:
@@ -269,20 +266,19 @@ class ErrorEstimator:
 
     def _close_whole(self) -> None:
         """Close a stretch that has all its steps; one that a signal interrupts stays open."""
-        stretch = self._state.stretch
-        if stretch is None or self._state.steps < stretch.end:
+        stretch = self.state.stretch
+        if stretch is None or self.state.steps < stretch.end:
             return
-        kept, roughness = self._state.copy(), self._roughness.snapshot()
+        before = self.snapshot()
         try:
             self._close()
         except (KeyboardInterrupt, Terminated):
-            self._state = kept
-            self._roughness.restore(roughness)
+            super().restore(before)
             raise
 
     def _close(self) -> None:
         """Repeat the steps of the open stretch, if its errors are wanted."""
-        state = self._state
+        state = self.state
         stretch, state.stretch = state.stretch, None
         if stretch is None or not stretch.steps or self._is_done:
             return
@@ -321,7 +317,7 @@ class ErrorEstimator:
 
         A course that has come further than others tells more.
         """
-        state, run, values = self._state, stretch.times, np.concatenate(stretch.values)
+        state, run, values = self.state, stretch.times, np.concatenate(stretch.values)
         state.watched = np.maximum(state.watched, self._roughness.largest)
         noise = np.maximum(NOISE * np.abs(values).max(axis=0), self._least)
         kinks, jumps = (np.where(one > noise, one, 0.0) for one in stretch.kinks_of(values))
@@ -350,7 +346,7 @@ class ErrorEstimator:
         half the step says the same, or would not come to where they are. It begins with the
         stretch: of a course that is older, errors within the range are not doubted.
         """
-        state = self._state
+        state = self.state
         course, point = state.course or self._new(stretch, state.lengths[0]), state.point
         point = point if state.course else stretch.start
         may = course.length == TWICE and HALF in state.lengths and not self._beside
@@ -374,7 +370,7 @@ class ErrorEstimator:
 
     def _new(self, stretch: Stretch, length: float) -> Course:
         """A course that is to begin at the start of a stretch."""
-        speaks, begin = self._state.steps <= self._state.until, int(stretch.times[0])
+        speaks, begin = self.state.steps <= self.state.until, int(stretch.times[0])
         return Course.at(begin, length, len(self._sources), speaks=speaks)
 
     def _follow(
@@ -392,7 +388,7 @@ class ErrorEstimator:
         run are at the times `run` (n,) [ns]. It ends where its errors over ranges so far pass the
         `limit`.
         """
-        state, trajectory = self._state, self._trajectories[course.length]
+        state, trajectory = self.state, self._trajectories[course.length]
         name, jumps = "twice" if course.length == TWICE else "half", frozenset(stretch.jumps)
         if self._whole and any(time > run[0] for time in stretch.changes):
             return course, "values were set between steps"
@@ -437,13 +433,13 @@ class ErrorEstimator:
 
     def _give_up(self, length: float) -> None:
         """Make no more steps of this `length`."""
-        self._state.lengths = tuple(one for one in self._state.lengths if one != length)
+        self.state.lengths = tuple(one for one in self.state.lengths if one != length)
 
     def _is_complete(self, course: Course) -> bool:
         """True if a course need not go on: its window is over, and nothing may change the rest."""
         if self._trajectories[course.length].is_over:
             return True
-        state, known, spans = self._state, self._known(), self.spans()
+        state, known, spans = self.state, self._known(), self.spans()
         if state.steps < state.until:
             return False
         shares = over(course.errors(self._order), spans)
@@ -462,7 +458,7 @@ class ErrorEstimator:
         algorithm of third order mostly has: errors a H² + b H⁴, which steps of 2H and 4H tell
         apart. They give the order that one power of the step would have.
         """
-        state, parts = self._state, self._seen[: max(2, len(self._seen) // 4)]
+        state, parts = self.state, self._seen[: max(2, len(self._seen) // 4)]
         if self._promised < 3 or stretch.start is None or stretch.jumps or len(parts) < 2:
             return
         if parts[0][0][0] != course.begin:
@@ -492,7 +488,7 @@ class ErrorEstimator:
 
     def finish(self) -> None:
         """Repeat the steps up to the present point, if they are wanted."""
-        state = self._state
+        state = self.state
         if self._whole and state.stretch and state.stretch.steps % 2 and self._now < self._stop:
             return
         try:
@@ -507,23 +503,23 @@ class ErrorEstimator:
     @property
     def _order(self) -> float:
         """The order of smooth errors."""
-        return self._state.falls or min(self._promised, SMOOTH)
+        return self.state.falls or min(self._promised, SMOOTH)
 
     def _known(self) -> np.ndarray:
         """The largest known error over its range if motions are smooth, as errors (n,)."""
         spans, order = self.spans(), self._order
-        shares = [over(one.errors(order), spans).max(initial=0.0) for one in self._state.courses]
+        shares = [over(one.errors(order), spans).max(initial=0.0) for one in self.state.courses]
         return max(shares, default=0.0) * spans
 
     @property
     def _jumps(self) -> bool:
         """True if jumps within steps are larger than the known error."""
-        return self._state.switched or bool((self._state.jumps > self._known()).any())
+        return self.state.switched or bool((self.state.jumps > self._known()).any())
 
     @property
     def _falls(self) -> float:
         """The order of all errors: that of jumps or bends within steps, where these matter."""
-        state, known = self._state, self._known()
+        state, known = self.state, self._known()
         if self._jumps:
             return JUMP
         if (state.kinks > LARGE * known).any():
@@ -537,7 +533,7 @@ class ErrorEstimator:
         A jump that comes at another point is an error of its size, about the range, however short
         the steps. Beyond that it is growth, and the step is too long.
         """
-        courses, order = self._state.courses, self._falls
+        courses, order = self.state.courses, self._falls
         errors = [one.errors(order if one.speaks else min(order, BEND)) for one in courses]
         if halved and self._jumps:
             spans = self.spans()
@@ -549,16 +545,16 @@ class ErrorEstimator:
 
     def coverage(self) -> Coverage:
         """The part of the run up to the present point that was repeated."""
-        spans = tuple((one.begin, one.begin + one.span) for one in self._state.courses)
-        return Coverage(self._start, self._now, spans, self._state.lost)
+        spans = tuple((one.begin, one.begin + one.span) for one in self.state.courses)
+        return Coverage(self._start, self._now, spans, self.state.lost)
 
     def leaps(self) -> np.ndarray:
         """Largest known changes (n,) of the outputs within one step, in their units."""
-        return self._state.leaps
+        return self.state.leaps
 
     def ranges(self) -> np.ndarray:
         """Ranges (n,) of the sources where their values are known, in their units."""
-        return np.ptp(self._state.bounds, axis=0)
+        return np.ptp(self.state.bounds, axis=0)
 
 
 def without_rollback(descriptions: Mapping[str, Description]) -> list[str]:

@@ -8,13 +8,12 @@ H^k.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.operations import Monitor
-from m4e_fmi.cosim.time_loop.energy import BLOCK
+from m4e_fmi.cosim.network.restorable import Restorable
+from m4e_fmi.cosim.stepping.algorithm import BLOCK
 
 HISTORY = 4
 """Steps before one that its fourth difference looks at."""
@@ -25,19 +24,13 @@ ROUNDING = 2e-14
 _NONE = np.zeros(0, dtype=np.intp)
 
 
-@dataclass(frozen=True)
-class RoughnessSnapshot:
-    """The last differences of the outputs, and the gates (n,) from which on they are rough."""
-
-    past: np.ndarray
-    gate: np.ndarray
-
-
-class Roughness:
+class Roughness(Restorable):
     """Watches all exchanged outputs of `network` (n,), while `operation` follows each step.
 
     The steps are of equal size; after any other `forget` is to be called.
     """
+
+    restored = ("_past", "gate")
 
     def __init__(self, network: Network) -> None:
         count = len(network.outputs)
@@ -50,14 +43,6 @@ class Roughness:
         self.largest = self._past[5 * count : 6 * count]
         """Largest fourth difference of each output since `start_over`."""
         self.forget()
-
-    def snapshot(self) -> RoughnessSnapshot:
-        """The differences and gates as they are now."""
-        return RoughnessSnapshot(self._past.copy(), self.gate.copy())
-
-    def restore(self, snapshot: RoughnessSnapshot) -> None:
-        """Continue as from where the snapshot was taken; the operation keeps its addresses."""
-        self._past[:], self.gate[:] = snapshot.past, snapshot.gate
 
     def forget(self) -> None:
         """Compare the next steps with none before this one."""

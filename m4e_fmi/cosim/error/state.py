@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from m4e_fmi.cosim.error.course import Course
-from m4e_fmi.cosim.error.roughness import HISTORY, RoughnessSnapshot
+from m4e_fmi.cosim.error.roughness import HISTORY
 from m4e_fmi.cosim.network.network import Change, NetworkSnapshot
 
 OF_A_JUMP = np.array([1.0, -3.0, 3.0, -1.0])
@@ -39,17 +40,7 @@ class Stretch:
     steps: int = 0
     switched: bool = False
 
-    def check(self) -> None:
-        """ValueError if no run can have made this stretch."""
-        rows = sum(len(value) for value in self.values if value.ndim == 2)
-        if len({value.shape[1:] for value in self.values}) != 1 or rows != self.steps + 1:
-            raise ValueError("values of a stretch are not those of its steps")
-        if self.steps != sum(count for _, count in self.runs) or any(n < 1 for _, n in self.runs):
-            raise ValueError("steps of a stretch are not those of its runs")
-        if not all(((kinks >= 0) & (kinks <= self.steps)).all() for kinks in self.kinks):
-            raise ValueError("kinks of a stretch are not within it")
-
-    def copy(self) -> Stretch:
+    def __deepcopy__(self, _: object) -> Stretch:
         """The same, which stays as it is while this goes on."""
         changes = {time: changes.copy() for time, changes in self.changes.items()}
         lists = {n: getattr(self, n).copy() for n in ("runs", "values", "jumps", "kinks")}
@@ -128,9 +119,9 @@ class EstimateState:
     failure: str = ""
     stretch: Stretch | None = None
 
-    def copy(self) -> EstimateState:
+    def __deepcopy__(self, _: object) -> EstimateState:
         """The same, which stays as it is while this changes."""
-        return replace(self, stretch=self.stretch.copy() if self.stretch else None)
+        return replace(self, stretch=deepcopy(self.stretch))
 
     def widen(self, values: np.ndarray) -> None:
         """Account for `values` (n_times, n) of the run, in the sources' units, in the bounds."""
@@ -149,16 +140,8 @@ class EstimateState:
         """End the present course; its errors count."""
         self.ended, self.course, self.point = self.courses, None, None
 
-
-@dataclass(frozen=True)
-class EstimateSnapshot:
-    """Saved state of an `ErrorEstimator`."""
-
-    state: EstimateState
-    roughness: RoughnessSnapshot
-
     @property
     def points(self) -> tuple[NetworkSnapshot, ...]:
         """The points that the estimate returns to."""
-        found = (self.state.stretch and self.state.stretch.start, self.state.point)
+        found = (self.stretch and self.stretch.start, self.point)
         return tuple(point for point in found if point)

@@ -17,10 +17,9 @@ from m4e_fmi.cosim.network.failures import EndWithinError, EventWithinError
 from m4e_fmi.cosim.network.network import Change, Network
 from m4e_fmi.cosim.network.operations import gather
 from m4e_fmi.cosim.network.schedule import StepLoop
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, Scheduled, Undoing, step_loop
+from m4e_fmi.cosim.stepping.algorithm import BLOCK, Algorithm, Scheduled, Undoing, step_loop
+from m4e_fmi.cosim.stepping.time_events import NEVER, in_nanoseconds
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.cosim.time_loop.energy import BLOCK
-from m4e_fmi.cosim.time_loop.time_events import NEVER, in_nanoseconds
 
 ROUNDING = 1e-14
 """Share of the largest value up to which a difference may be rounding."""

@@ -10,11 +10,11 @@ steps are not the cause, and the remedy does not concern them.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.restorable import Restorable
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.wiring.links import Link, Port
@@ -43,21 +43,14 @@ SMALL = 0.03
 OWN = "look at the signs of its feedback, stiffness and damping, or give it damping"
 
 
-@dataclass(frozen=True)
-class StabilitySnapshot:
-    """The looks so far, at times [s], at values (n_outputs,) in their units, and the next step."""
-
-    times: list[float]
-    looks: list[np.ndarray]
-    next: int
-
-
-class Instability:
+class Instability(Restorable):
     """Looks at the exchanged outputs of `network`, which runs by `simulation`.
 
     `stated` gives the largest coupling error up to the present point, over the range; None if it is
     not known.
     """
+
+    restored = ("_times", "_looks", "_next")
 
     def __init__(
         self, network: Network, simulation: Simulation, stated: Callable[[], float | None]
@@ -72,15 +65,6 @@ class Instability:
         self._looks: list[np.ndarray] = []
         self._next = 0
         self.look(0)
-
-    def snapshot(self) -> StabilitySnapshot:
-        """The looks so far."""
-        return StabilitySnapshot(self._times.copy(), self._looks.copy(), self._next)
-
-    def restore(self, snapshot: StabilitySnapshot) -> None:
-        """Continue as from where the snapshot was taken."""
-        self._times, self._looks = snapshot.times.copy(), snapshot.looks.copy()
-        self._next = snapshot.next
 
     def look(self, steps: int) -> None:
         """Look at the present values after so many steps, at times; RunError if one is huge."""

@@ -21,6 +21,7 @@ import numpy as np
 from m4e_fmi.cosim.network.instance import Instance
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.operations import Get, setting
+from m4e_fmi.cosim.network.restorable import Restorable
 from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.wiring.links import Link, Port
 from m4e_fmi.cosim.wiring.structure import DECLARED, PROBED, STATED, how_known
@@ -64,20 +65,10 @@ class _Part:
         return np.abs(one - other) > rough
 
 
-@dataclass(frozen=True)
-class SecondLookSnapshot:
-    """The step of the next look, and a note for each output that follows its inputs.
-
-    `spoilt` are outputs that inputs change without being followed.
-    """
-
-    next: int
-    seen: Mapping[Port, str]
-    spoilt: frozenset[Port]
-
-
-class SecondLook:
+class SecondLook(Restorable):
     """Looks at such outputs of a `network`; `notes` tell of those that have changed."""
+
+    restored = ("_next", "_seen", "_spoilt")
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -89,15 +80,6 @@ class SecondLook:
         ]
         self._seen: Mapping[Port, str] = {}
         self._spoilt: set[Port] = set()
-
-    def snapshot(self) -> SecondLookSnapshot:
-        """The next look, and the notes so far."""
-        return SecondLookSnapshot(self._next, self._seen, frozenset(self._spoilt))
-
-    def restore(self, snapshot: SecondLookSnapshot) -> None:
-        """Continue as from where the snapshot was taken."""
-        self._next, self._seen = snapshot.next, snapshot.seen
-        self._spoilt = set(snapshot.spoilt)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -219,24 +219,6 @@ class Discrete:
         """Cells (n_cells,) in their units, those of the last settled point, and late changes."""
         return self.cells.copy(), self._before.copy(), tuple(self._echo)
 
-    def check(self, kept: Kept) -> None:
-        """ValueError if `kept`, cells (n_cells,) in the outputs' units, has texts that are not."""
-        cells, before, _ = kept
-        if cells.shape != self.cells.shape or before.shape != self._before.shape:
-            raise ValueError(f"{len(cells)} values that are not Real, of {len(self.cells)}")
-        twice = [
-            Port(component, name)
-            for component, one in self.rereadings.items()
-            for name in one.names * ROWS
-        ]
-        delayed = self.outputs if self._delayed else []
-        held = [link.source for transfer in self._held for link in self._sources(transfer)]
-        ports = (*self._index, *delayed, *self.outputs, *held, *twice, *self.outputs)
-        for port, cell in zip(ports, (*cells, *before), strict=True):
-            variable = self._instances[port.component].description.variables[port.variable]
-            if variable.type == "String" and not 0 <= cell < len(self.texts):
-                raise ValueError(f"text {cell} of {port}")
-
     def restore(self, kept: Kept) -> None:
         """Return to `kept`, cells (n_cells,) in the outputs' units; the FMUs have them already."""
         cells, before, echo = kept

@@ -43,7 +43,7 @@ from m4e_fmi.cosim.network.arrivals import (
 from m4e_fmi.cosim.network.discrete import Discrete, Kept
 from m4e_fmi.cosim.network.initialisation import Initialisation
 from m4e_fmi.cosim.network.instance import Instance
-from m4e_fmi.cosim.network.newton import LoopEquations, LoopSnapshot, SolvedLoop
+from m4e_fmi.cosim.network.newton import LoopEquations, SolvedLoop
 from m4e_fmi.cosim.network.operations import (
     DoStep,
     Due,
@@ -54,6 +54,7 @@ from m4e_fmi.cosim.network.operations import (
     gather,
     setting,
 )
+from m4e_fmi.cosim.network.restorable import Snapshot
 from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario, ScenarioSnapshot
 from m4e_fmi.cosim.system.simulation import ComponentStep
@@ -100,7 +101,7 @@ class NetworkSnapshot:
     values: np.ndarray
     inputs: np.ndarray
     discrete: Kept
-    loops: tuple[LoopSnapshot, ...]
+    loops: tuple[Snapshot, ...]
     roughness: float
     scenario: ScenarioSnapshot
 
@@ -175,7 +176,7 @@ class Network:
         self.telling = tuple(i for i in instances.values() if i.description.version == "3.0")
         self._events = tuple(instance.events for instance in instances.values())
         self._set_scales()
-        self.scenario = Scenario(prepared, self)
+        self.scenario = Scenario(prepared, self.instances, self._present, self.read)
         self._points: WeakSet[NetworkSnapshot] = WeakSet()
         self.time = prepared.system.simulation.start_time
         self.coarse = 1.0
@@ -460,7 +461,7 @@ class Network:
         if not self.scenario:
             return ()
         before = self.values.copy()
-        acted = self.scenario.act(self.time)
+        acted = self.scenario.act(self.time, self.values)
         self.left = before if acted.ports else None
         for component, names in acted.changes.items():
             self._read_again(component, names)

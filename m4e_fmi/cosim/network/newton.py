@@ -8,14 +8,13 @@ where that is not enough it is found anew. An iteration that does not converge i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from m4e_fmi.cosim.network.instance import Instance
 from m4e_fmi.cosim.network.operations import LOST, Choose, Get, Operation, setting
+from m4e_fmi.cosim.network.restorable import Restorable
 from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.wiring.links import PLAIN, Link, Port
 from m4e_fmi.cosim.wiring.structure import AlgebraicLoop, Transfer
@@ -46,15 +45,11 @@ OF_NOMINAL = 0.01
 """Share of a variable's nominal value below which its size does not matter (FMI 2.0, 2.2.7)."""
 
 Residual = Callable[[np.ndarray], np.ndarray]
+Jacobian = Callable[[np.ndarray, np.ndarray, bool], np.ndarray]
+"""Unknowns x, the residual there → matrix of its derivatives, (n, n) in the unknowns' units.
 
-
-class _Jacobian(Protocol):
-    """Unknowns x and the residual there → matrix of its derivatives.
-
-    `again` if one was found for this solution before, and was not good enough.
-    """
-
-    def __call__(self, x: np.ndarray, r: np.ndarray, /, *, again: bool) -> np.ndarray: ...
+The third argument is true if one was found for this solution before, and was not good enough.
+"""
 
 
 class NotConvergedError(Exception):
@@ -84,13 +79,14 @@ class QuasiNewton:
         self._matrix = None
 
     def solve(
-        self, residual: Residual, jacobian: _Jacobian, x: np.ndarray, scale: np.ndarray
+        self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
         """The zero near `x` of `residual`, f(x) - x, all (n,) in the unknowns' units.
 
-        `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian` may
-        enlarge them in place. An unknown is as large as x and f(x) are, there.
-        The last call of `residual` is the one at the zero. NotConvergedError if no zero is found.
+        `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian`, which
+        gives derivatives (n, n) in the same units, may enlarge them in place. An unknown is as
+        large as x and f(x) are, there. The last call of `residual` is the one at the zero.
+        NotConvergedError if no zero is found.
         """
         r = residual(x)
         least = np.maximum(np.abs(x), np.abs(x + r))
@@ -105,7 +101,7 @@ class QuasiNewton:
                     break
                 best.append(min(size, best[-1]))
                 if self._matrix is None:
-                    self._matrix = jacobian(x, r, again=renewal > 0)
+                    self._matrix = jacobian(x, r, renewal > 0)
                     r = residual(x)
                 scaled = self._matrix * scale / scale[:, None]
                 way = _solution(scaled, -r / scale)
@@ -139,27 +135,15 @@ def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(matrix, right, rcond=None)[0]
 
 
-@dataclass(frozen=True)
-class LoopSnapshot:
-    """The past of an algebraic loop: values of its inputs and outputs, Jacobian, and scales.
-
-    `inputs`, `outputs` and `scale` are float arrays in the FMUs' units.
-    """
-
-    inputs: np.ndarray
-    outputs: np.ndarray
-    newton: QuasiNewton
-    started: bool
-    scale: np.ndarray
-
-
-class LoopEquations:
+class LoopEquations(Restorable):
     """Inputs and outputs that depend on one another within an instant.
 
     `links` (of all those given) lead to the loop's inputs, `outputs` are its outputs; `solve` finds
     `input_values` (n_links,) that links carry, in their sources' units, and `output_values`
     (n_outputs,), in theirs; the FMUs then have them. `known` links carry values from outside.
     """
+
+    restored = ("input_values", "output_values", "_newton", "is_started", "_scale")
 
     def __init__(
         self, instances: Mapping[str, Instance], loop: AlgebraicLoop, links: Iterable[Link]
@@ -204,23 +188,6 @@ class LoopEquations:
         """The largest residual that was left, as of `QuasiNewton`."""
         return self._newton.roughness
 
-    def snapshot(self) -> LoopSnapshot:
-        """Copies of the values and the scales from which the next solution starts."""
-        return LoopSnapshot(
-            self.input_values.copy(),
-            self.output_values.copy(),
-            copy(self._newton),
-            self.is_started,
-            self._scale.copy(),
-        )
-
-    def restore(self, kept: LoopSnapshot) -> None:
-        """Return to a snapshot; the calls of the FMUs hold the addresses of the arrays."""
-        self.input_values[:], self.output_values[:] = kept.inputs, kept.outputs
-        self._scale[:] = kept.scale
-        self.is_started = kept.started
-        self._newton = copy(kept.newton)
-
     def solve(self, known: Mapping[Link, float]) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails.
 
@@ -234,7 +201,10 @@ class LoopEquations:
         guess = self.input_values[self._places]
         self._scale = np.maximum(self._scale, np.abs(guess))
         try:
-            self._newton.solve(self._residual, self._jacobian, guess, self._scale)
+            # derivatives are exact, and differences cannot be had better: none is found anew
+            self._newton.solve(
+                self._residual, lambda x, r, _: self._jacobian(x, r), guess, self._scale
+            )
         except NotConvergedError as failure:
             port, time = self._solved[failure.worst].target, self._time
             raise RunError(
@@ -264,7 +234,7 @@ class LoopEquations:
     def check_regular(self) -> None:
         """RunError if the loop is singular at its solution, so that there are others."""
         x = self.input_values[self._places]
-        matrix = self._jacobian(x, self._residual(x), again=False)
+        matrix = self._jacobian(x, self._residual(x))
         self._residual(x)  # the FMUs have the solution again
         if is_singular((-matrix).tolist(), least=SINGULAR):
             raise RunError(
@@ -283,8 +253,7 @@ class LoopEquations:
         self._evaluate.run(self._time)
         return self.output_values[self._source] - x
 
-    def _jacobian(self, x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
-        del again  # derivatives are exact, differences cannot be had better
+    def _jacobian(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
         matrix = np.zeros((len(x), len(x)))
         for column, link in enumerate(self._solved):
             port, instance = link.target, self.instances[link.target.component]

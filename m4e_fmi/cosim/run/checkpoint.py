@@ -2,45 +2,35 @@
 
 ::
 
-    m4e_fmi checkpoint 5\\n
+    m4e_fmi checkpoint 6\\n
     SHA-256 of all that follows, 64 hexadecimal digits\\n
-    number of bytes of the JSON, in decimal digits\\n
-    JSON (UTF-8), with the places of the parts among
-    their bytes (see `encoding`)
+    the bytes of a `Saved` (see `encoding`)
 
 A file appears whole or not at all, and one that is cut off or altered is refused. The checksum
-tells damage, and no forgery: the states in it go to the FMUs, so that a checkpoint is to be trusted
-as they are.
+tells damage, and no forgery: what has the right one is taken as it is. The states in it go to the
+FMUs, so that a checkpoint is to be trusted as they are; but it names no code that would be run.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import os
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
-from typing import TypeVar
+from pickle import UnpicklingError
 
-from m4e_fmi.cosim.error.estimator import EstimateSnapshot
-from m4e_fmi.cosim.monitoring.instability import StabilitySnapshot
-from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
 from m4e_fmi.cosim.network.fmu_log import Kinds, Warn
-from m4e_fmi.cosim.network.network import OWN_PLACES, Network, NetworkSnapshot
+from m4e_fmi.cosim.network.network import Network, NetworkSnapshot
+from m4e_fmi.cosim.network.restorable import Snapshot
 from m4e_fmi.cosim.results.writer import FirstRows, Mark
 from m4e_fmi.cosim.run.identity import check_identity
-from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
-from m4e_fmi.cosim.stepping.step_control import StepControlSnapshot
 from m4e_fmi.cosim.system.simulation import Simulation
-from m4e_fmi.cosim.time_loop.energy import EnergySnapshot
 from m4e_fmi.cosim.time_loop.time_loop import Position
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.files.encoding import LIVE, DamagedError, Decoder, Encoder
+from m4e_fmi.files.encoding import decode, encode
 from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import LARGEST_CHECKPOINT
 from m4e_fmi.files.writing import written
@@ -48,16 +38,11 @@ from m4e_fmi.fmu.importer.calls import SerializedState
 
 SUFFIX = ".checkpoint"
 MAGIC = b"m4e_fmi checkpoint "
-VERSION = 5
+VERSION = 6
 """The number of the form; files of other numbers are refused."""
 _REMEDY = "take another checkpoint, or run again from the start"
-_Made = TypeVar("_Made")
 EXACT = 1e-6
 """Share of a step, or of an interval, by which a time may miss a checkpoint by rounding."""
-HEAD, SAVED = "head", "saved"
-"""Names of the parts of a checkpoint."""
-MOST_PLACES = 64
-"""Places of states that a run has, at most."""
 
 
 def checkpoint_of(results: str | Path) -> Path:
@@ -80,18 +65,18 @@ class State:
 
     It holds the states of the FMUs, the exchanged values, the algorithm's past values,
     the energy balance, the position in time, the row of the results, and the error estimate.
-    `run` is the run that it belongs to.
+    `run` is the run that it belongs to, None in a file.
     """
 
-    run: object = field(repr=False, metadata=LIVE)
+    run: object = field(repr=False)
     point: NetworkSnapshot = field(repr=False)
-    algorithm: AlgorithmSnapshot = field(repr=False)
-    control: StepControlSnapshot | None = field(repr=False)
-    energy: EnergySnapshot = field(repr=False)
+    algorithm: Snapshot = field(repr=False)
+    control: Snapshot | None = field(repr=False)
+    energy: Snapshot = field(repr=False)
     position: Position = field(repr=False)
-    second_look: SecondLookSnapshot = field(repr=False)
+    second_look: Snapshot = field(repr=False)
     row: Mark | None = field(repr=False)
-    seen: EstimateSnapshot | None = field(repr=False)
+    seen: Snapshot | None = field(repr=False)
 
     @property
     def time(self) -> float:
@@ -101,7 +86,7 @@ class State:
     @property
     def points(self) -> tuple[NetworkSnapshot, ...]:
         """All points of which the FMUs keep states."""
-        return (self.point, *(self.seen.points if self.seen else ()))
+        return (self.point, *(self.seen["state"].points if self.seen else ()))
 
 
 @dataclass(frozen=True)
@@ -115,98 +100,40 @@ class Memory:
 
     warned: dict[str, tuple[int, float, float]]
     messages: Kinds
-    stability: StabilitySnapshot
+    stability: Snapshot
     ranges: tuple[dict[int, str], ...]
 
 
 @dataclass(frozen=True)
 class Saved:
-    """A state for another process: `fmu_states` are those of its points, by place and component."""
+    """A state for another process, and its place in its run.
 
+    `identity` is what must be the same in a run that is resumed. `rows` are in the results by then,
+    the last at `last` [s], with the checksum `digest`. `texts` are those that stand in cells, in
+    their order. `fmu_states` are those of the state's points, by place and component.
+    """
+
+    identity: dict[str, str]
+    rows: int
+    last: float
+    digest: str
+    texts: tuple[bytes, ...]
     state: State
     fmu_states: dict[int, dict[str, SerializedState]]
     memory: Memory
 
     def give(self, network: Network) -> None:
-        """Give the FMUs of this process their states; RunError if one refuses.
-
-        ValueError for states that cannot be of a run of this network.
-        """
+        """Give the FMUs of this process their states; RunError if one refuses."""
         points = {point.place: point for point in self.state.points}
         for place in sorted(points):
-            if not OWN_PLACES <= place < MOST_PLACES:
-                raise ValueError(f"a state at place {place}")
-            network.discrete.check(points[place].discrete)
             for name, instance in network.instances.items():
                 state = self.fmu_states[place][name]
                 instance.rollback.deserialize(instance.slot(place), state)
             network.adopt(points[place])
 
-
-@dataclass(frozen=True)
-class Head:
-    """The place of a checkpoint in its run, at `time` [s].
-
-    `identity` is what must be the same in a run that is resumed. `rows` are in the results by then,
-    the last at `last` [s], with the checksum `digest`. `texts` are those that stand in cells, in
-    their order.
-    """
-
-    identity: dict[str, str]
-    time: float
-    rows: int
-    last: float
-    digest: str
-    texts: tuple[bytes, ...]
-
-    def check(self) -> None:
-        """ValueError if the times cannot be those of a run."""
-        if not (math.isfinite(self.time) and self.last <= self.time):
-            raise ValueError(f"results up to t = {self.last} s, and a state at t = {self.time} s")
-
-
-@dataclass(frozen=True)
-class Checkpoint:
-    """A checkpoint that a run is resumed from; its file is read only. InputError if damaged."""
-
-    path: Path
-    _data: dict[str, object]
-    _decoder: Decoder
-
-    @cached_property
-    def head(self) -> Head:
-        """The place of the checkpoint in its run."""
-        return self.part(HEAD, Head)
-
-    def part(
-        self, name: str, kind: type[_Made], live: Mapping[str, object] = MappingProxyType({})
-    ) -> _Made:
-        """The dataclass of that name; `live` are the fields that a file does not have.
-
-        InputError if it is not one of this kind.
-        """
-        try:
-            return self._decoder.decode(kind, self._data.get(name), live)
-        except DamagedError as error:
-            raise InputError.single(f"is damaged: {error}", _REMEDY, str(self.path)) from error
-
-    @property
-    def rows(self) -> FirstRows:
-        """The rows with which the results begin."""
-        head = self.head
-        return FirstRows(results_of(self.path), head.rows, head.last, head.digest)
-
-    def check(self, identity: Mapping[str, str], stop_time: float) -> None:
-        """InputError if the run has another `identity`, or ends before the checkpoint [s]."""
-        check_identity(str(self.path), self.head.identity, identity)
-        if stop_time < self.head.time:
-            message = f"the checkpoint is at t = {self.head.time:.9g} s, after the stop time"
-            remedy = f"take a stop_time of {self.head.time:.9g} s or more"
-            raise InputError.single(message, remedy, str(self.path))
-
     def take_texts(self, network: Network) -> None:
         """Give texts the places that they had; RunError if the run's own start has others."""
-        for place, text in enumerate(self.head.texts):
+        for place, text in enumerate(self.texts):
             if network.discrete.texts.place(text) != place:
                 raise RunError(
                     "the texts at the start are not those of the run that the checkpoint is of: an "
@@ -214,30 +141,44 @@ class Checkpoint:
                     "run again from the start, without --resume",
                 )
 
-    def saved(self, run: object) -> Saved:
-        """The state, as one of the `run`; ValueError if it is of another time."""
-        saved = self.part(SAVED, Saved, {"run": run})
-        if saved.state.time != self.head.time:
-            raise ValueError(f"a state of t = {saved.state.time:.9g} s")
-        return saved
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A checkpoint that a run is resumed from; its file is read only."""
+
+    path: Path
+    saved: Saved
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.saved.state.time
+
+    @property
+    def rows(self) -> FirstRows:
+        """The rows with which the results begin."""
+        saved = self.saved
+        return FirstRows(results_of(self.path), saved.rows, saved.last, saved.digest)
+
+    def check(self, identity: Mapping[str, str], stop_time: float) -> None:
+        """InputError if the run has another `identity`, or ends before the checkpoint [s]."""
+        check_identity(str(self.path), self.saved.identity, identity)
+        if stop_time < self.time:
+            message = f"the checkpoint is at t = {self.time:.9g} s, after the stop time"
+            remedy = f"take a stop_time of {self.time:.9g} s or more"
+            raise InputError.single(message, remedy, str(self.path))
 
 
-def write_checkpoint(path: Path, parts: Mapping[str, object]) -> None:
-    """Write dataclasses to `path`; an existing file is replaced once they are on the disk.
+def write_checkpoint(path: Path, saved: Saved) -> None:
+    """Write a state to `path`; an existing file is replaced once it is on the disk.
 
-    RunError if that fails; TypeError if they hold values that cannot be saved.
+    RunError if that fails; TypeError if it holds values that cannot be saved.
     """
-    encoder = Encoder()
-    data = {name: encoder.encode(part) for name, part in parts.items()}
-    text = json.dumps(data, separators=(",", ":")).encode()
-    content = (b"%d\n" % len(text), text, *encoder.blobs)
-    digest = hashlib.sha256()
-    for one in content:
-        digest.update(one)
+    content = encode(saved)
     with written(path) as place, place.open("wb") as file:
         file.write(MAGIC + b"%d\n" % VERSION)
-        file.write(digest.hexdigest().encode() + b"\n")
-        file.writelines(content)
+        file.write(hashlib.sha256(content).hexdigest().encode() + b"\n")
+        file.write(content)
         file.flush()
         os.fsync(file.fileno())
 
@@ -248,18 +189,10 @@ def read_checkpoint(path: Path) -> Checkpoint:
     InputError if there is no such file, if it is cut off, altered or too large, or of a form that
     is not read here.
     """
-    content = _content(path)
-    head, _, rest = content.partition(b"\n")
-    size = int(head) if head.isdigit() and len(head) < len(str(LARGEST_CHECKPOINT)) else -1
     try:
-        if not 0 <= size <= len(rest):
-            raise DamagedError(f"{size} bytes of JSON")
-        data = json.loads(rest[:size])
-        if not isinstance(data, dict):
-            raise DamagedError("it has no parts")
-    except (DamagedError, ValueError, RecursionError) as error:
+        return Checkpoint(path, decode(Saved, _content(path)))
+    except UnpicklingError as error:
         raise InputError.single(f"is damaged: {error}", _REMEDY, str(path)) from error
-    return Checkpoint(path, data, Decoder(memoryview(rest)[size:]))
 
 
 def _content(path: Path) -> bytes:
@@ -305,8 +238,8 @@ class Checkpoints:
 
     def resume(self, checkpoint: Checkpoint) -> None:
         """Continue after a checkpoint, which may be another run's."""
-        self._wait(checkpoint.head.time)
-        self.taken = checkpoint.head.time if checkpoint.path == self.path else None
+        self._wait(checkpoint.time)
+        self.taken = checkpoint.time if checkpoint.path == self.path else None
 
     def _wait(self, time: float) -> None:
         """The next checkpoint is one after this time [s]."""
@@ -325,11 +258,10 @@ class Checkpoints:
             self._wait(time)
         return passed or clock.monotonic() >= self._due
 
-    def write(self, time: float, parts: Callable[[], tuple[Head, Saved]]) -> None:
+    def write(self, time: float, saved: Callable[[], Saved]) -> None:
         """Write a checkpoint at `time` [s]; where that fails, the one before stays."""
         try:
-            head, saved = parts()
-            write_checkpoint(self.path, {HEAD: head, SAVED: saved})
+            write_checkpoint(self.path, saved())
             self.taken = time
         except RunError as error:
             if self._warn:

@@ -7,7 +7,7 @@ import time as clock
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -31,9 +31,10 @@ from m4e_fmi.cosim.network.interruption import (
 from m4e_fmi.cosim.network.loading import PYTHON, Binary, binaries
 from m4e_fmi.cosim.network.network import Change, Network
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
+from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Memory, Saved, State
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, Outcome
 from m4e_fmi.cosim.stepping.algorithm import (
+    BLOCK,
     Algorithm,
     ErrorEstimating,
     Undoing,
@@ -41,14 +42,14 @@ from m4e_fmi.cosim.stepping.algorithm import (
     made,
 )
 from m4e_fmi.cosim.stepping.step_control import StepControl
+from m4e_fmi.cosim.stepping.time_events import NEXT_EVENT_TIME
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.simulation import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
-from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
-from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
+from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
 from m4e_fmi.cosim.wiring.prepared import Prepared
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.errors import RunError
 from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.signals import Terminated, not_lost
 
@@ -212,7 +213,7 @@ class Run:
             self.energy,
             self.simulation,
             results=self.results,
-            watcher=self.estimator,
+            estimator=self.estimator,
             control=self._control,
             returns=self._shortens,
             singly=bool(self.options.observers) or self.options.changeable,
@@ -221,7 +222,7 @@ class Run:
         self.stability = Instability(self.network, self.simulation, self._stated)
         self.journal.clock = lambda: self.time_loop.time
         if self.options.checkpoint:
-            self._resume(self.options.checkpoint)
+            self._resume(self.options.checkpoint.saved)
         elif self.results:
             self.results.record(self.network.time)
 
@@ -321,7 +322,8 @@ class Run:
     def _advance(self, most: float = math.inf) -> None:
         """Make as many steps as can be made at once, `most` at most, and look at what has come."""
         try:
-            self.time_loop.prepare()
+            if self.estimator:
+                self.estimator.before()
             self.is_stepping = True
             room = self.second_look.room(self.steps) or BLOCK
             self.time_loop.advance(room if room <= most else int(most))
@@ -408,20 +410,12 @@ class Run:
             self.checkpoints.write(self.network.time, self._for_checkpoint)
 
     @not_lost()
-    def _for_checkpoint(self) -> tuple[Head, Saved]:
+    def _for_checkpoint(self) -> Saved:
         """The state for another process; RunError if an FMU or the disk refuses."""
         network, results = self.network, self.results
         assert results
         results.flush()
         mark, state = results.mark(), self.save()
-        head = Head(
-            identity=self.identity,
-            time=network.time,
-            rows=mark.rows,
-            last=mark.last,
-            digest=results.last_row(),
-            texts=network.discrete.texts.content(),
-        )
         fmu_states = {
             point.place: {
                 name: instance.rollback.serialized(instance.slot(point.place))
@@ -436,24 +430,26 @@ class Run:
             self.stability.snapshot(),
             results.ranges(),
         )
-        return head, Saved(state, fmu_states, memory)
+        return Saved(
+            identity=self.identity,
+            rows=mark.rows,
+            last=mark.last,
+            digest=results.last_row(),
+            texts=network.discrete.texts.content(),
+            state=replace(state, run=None),
+            fmu_states=fmu_states,
+            memory=memory,
+        )
 
-    def _resume(self, checkpoint: Checkpoint) -> None:
-        """Go to a checkpoint of the same run in another process; InputError if it is damaged."""
-        try:
-            saved = checkpoint.saved(self)
-            saved.give(self.network)
-            self.restore(saved.state)
-            memory = saved.memory
-            for name, instance in self.network.instances.items():
-                one = instance.warned
-                one.count, one.first, one.last = memory.warned[name]
-            self.journal.restore(memory.messages, self.options.warn)
-            self.stability.restore(memory.stability)
-            if self.results:
-                self.results.restore_ranges(memory.ranges)
-        except (ValueError, TypeError, KeyError, IndexError, AssertionError) as error:
-            message = f"is damaged: {type(error).__name__}: {error}"
-            raise InputError.single(
-                message, "run again from the start", str(checkpoint.path)
-            ) from error
+    def _resume(self, saved: Saved) -> None:
+        """Go to a checkpoint of the same run in another process."""
+        saved.give(self.network)
+        self.restore(replace(saved.state, run=self))
+        memory = saved.memory
+        for name, instance in self.network.instances.items():
+            one = instance.warned
+            one.count, one.first, one.last = memory.warned[name]
+        self.journal.restore(memory.messages, self.options.warn)
+        self.stability.restore(memory.stability)
+        if self.results:
+            self.results.restore_ranges(memory.ranges)

@@ -119,7 +119,7 @@ def _look_at_start(run: Run) -> None:
     """Give and keep the warnings from before the first step."""
     options, prepared = run.options, run.prepared
     if options.checkpoint:
-        options.checkpoint.take_texts(run.network)
+        options.checkpoint.saved.take_texts(run.network)
     gravity = partial(model_gravity, prepared.system, prepared.descriptions)
     floats = start_warnings(run.network, prepared.wiring, gravity)
     options.warn_of(floats)
@@ -141,7 +141,7 @@ def _open_results(run: Run, place: Path, file: Path) -> None:
         first=checkpoint.rows if checkpoint else None,
     )
     if checkpoint and options.tell:
-        options.tell(f"the run goes on at t = {checkpoint.head.time:.9g} s")
+        options.tell(f"the run goes on at t = {checkpoint.time:.9g} s")
     if run.simulation.has_checkpoints and not without_checkpoints(run.prepared, options):
         run.checkpoints = Checkpoints(own, run.simulation, options.warn)
         if checkpoint:

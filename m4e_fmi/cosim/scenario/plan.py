@@ -1,4 +1,7 @@
-"""Actions as they are carried out: names, units and times of a scenario checked and converted."""
+"""The plan of a scenario before the run: its actions checked against the system, and converted.
+
+Names are those of variables that exist, values are in the units of the FMUs, times in ns.
+"""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -23,21 +23,6 @@ from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.wiring.links import PLAIN, Bond, InputScales, Link, Port
 from m4e_fmi.cosim.wiring.prepared import Prepared
-
-
-class _Network(Protocol):
-    """The part of a network that its scenario needs."""
-
-    @property
-    def values(self) -> np.ndarray:
-        """Values (n,) of all outputs, in their units."""
-        ...
-
-    @property
-    def instances(self) -> Mapping[str, Any]: ...
-    def index(self, output: Port) -> int: ...
-    def held_place(self, link: Link) -> int | None: ...
-    def read(self, name: str) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -145,14 +130,11 @@ class _Effect:
 class _Signal:
     """A link on whose signal actions act, with their effects in the order of the file."""
 
-    def __init__(self, link: Link, host: _Network) -> None:
-        self.ends = link.ends
-        self.scales: InputScales = host.instances[link.target.component].scales
+    def __init__(self, link: Link, scales: InputScales, place: int) -> None:
+        self.ends, self.scales, self.place = link.ends, scales, place
         self.plain = PLAIN if link.is_plain else (link.factor, link.offset)
         self.now = self.plain
         self.effects: list[_Effect] = []
-        held = host.held_place(link)
-        self.place = host.index(link.source) if held is None else held
         self.scales.follow(self.ends)
 
     def give(self, source: float) -> bool:
@@ -180,16 +162,25 @@ class _Signal:
 
 
 class Scenario:
-    """The actions of a prepared system's scenario on its network; falsy if there are none.
+    """The actions of a prepared system's scenario on its `instances`; falsy if there are none.
+
+    `place` gives the index of a link's value among all that are exchanged, `read` the present value
+    of ``component.variable``.
 
     `cells` (n_actions,), int64, are 1 for active actions, in the order of `names`. `late` are the
     variables of those that may have been due anywhere in the last step.
     """
 
-    def __init__(self, prepared: Prepared, host: _Network) -> None:
+    def __init__(
+        self,
+        prepared: Prepared,
+        instances: Mapping[str, Any],
+        place: Callable[[Link], int],
+        read: Callable[[str], float],
+    ) -> None:
         planned = Planner(prepared.system, prepared.descriptions, prepared.wiring).actions()
         self._actions = [_Running(action) for action in planned]
-        self._host = host
+        self._instances, self._read = instances, read
         self.names = tuple(action.name for action in planned)
         self.cells = np.zeros(len(planned), dtype=np.int64)
         self._signals: dict[tuple[Port, Port], _Signal] = {}
@@ -200,10 +191,11 @@ class Scenario:
                 variable = self._variables.setdefault(setting.port, _Variable(setting.port))
                 variable.settings.append((action, setting))
             for effect in action.planned.effects:
-                ends = effect.link.ends
-                if ends not in self._signals:
-                    self._signals[ends] = _Signal(effect.link, host)
-                self._signals[ends].effects.append(_Effect(action, effect.kind, effect.amount))
+                link = effect.link
+                if link.ends not in self._signals:
+                    scales = instances[link.target.component].scales
+                    self._signals[link.ends] = _Signal(link, scales, place(link))
+                self._signals[link.ends].effects.append(_Effect(action, effect.kind, effect.amount))
 
     def __bool__(self) -> bool:
         return bool(self._actions)
@@ -223,17 +215,19 @@ class Scenario:
         """The next time [ns] after `now` of a beginning or an end; NEVER if unknown."""
         return min((a.next for a in self._actions if a.next > now), default=NEVER)
 
-    def act(self, time: float) -> Acted:
-        """Act at the present point, at `time` [s]; inputs and variables of FMUs change."""
+    def act(self, time: float, values: np.ndarray) -> Acted:
+        """Act at the present point, at `time` [s]; inputs and variables of FMUs change.
+
+        `values` (n,) are all that are exchanged, in their units.
+        """
         now = nanoseconds(time)
         ports = tuple(action.port for action in self._turning(now))
         changes: dict[str, set[str]] = {}
         for port, variable in self._variables.items():
             value = variable.give(now, self._value)
             if value is not None:
-                self._host.instances[port.component].set_values({port.variable: value})
+                self._instances[port.component].set_values({port.variable: value})
                 changes.setdefault(port.component, set()).add(port.variable)
-        values = self._host.values
         given = [signal.give(float(values[signal.place])) for signal in self._signals.values()]
         self._note()
         return Acted(ports, changes, again=bool(changes) or any(given))
@@ -257,10 +251,10 @@ class Scenario:
 
     def _holds(self, action: _Running) -> bool:
         asked = action.planned.condition
-        return asked is not None and asked.compare(self._host.read(str(asked.port)), asked.value)
+        return asked is not None and asked.compare(self._read(str(asked.port)), asked.value)
 
     def _value(self, port: Port) -> Value:
-        return self._host.instances[port.component].value(port.variable)
+        return self._instances[port.component].value(port.variable)
 
     def _note(self) -> None:
         self.cells[:] = [action.active for action in self._actions]

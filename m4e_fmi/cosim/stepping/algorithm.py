@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, runtime_checkable
 
@@ -21,17 +20,15 @@ import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.operations import Operation
+from m4e_fmi.cosim.network.restorable import Restorable, Snapshot
 from m4e_fmi.cosim.network.schedule import Schedule, StepLoop
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_descriptor
 from m4e_fmi.errors import RunError
 
+BLOCK = 1024
+"""Steps that are made at once, at most, and noted before they are evaluated."""
 _HALVES = 1
 """Where the FMUs keep their states at the start of a step that is made in two halves."""
-
-
-@dataclass(frozen=True)
-class AlgorithmSnapshot:
-    """Memory of earlier steps that an algorithm has: none, unless a subclass adds fields."""
 
 
 class Algorithm(Protocol):
@@ -62,11 +59,11 @@ class Algorithm(Protocol):
         """Step all components from `time` by `size` [s]."""
         ...
 
-    def snapshot(self) -> AlgorithmSnapshot:
+    def snapshot(self) -> Snapshot:
         """Everything that `restore` needs to continue from here."""
         ...
 
-    def restore(self, snapshot: AlgorithmSnapshot) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Continue as from where the snapshot was taken."""
         ...
 
@@ -109,11 +106,12 @@ class OwnEstimate(ErrorEstimating, Protocol):
     def estimates(self) -> bool: ...
 
 
-class Scheduled(ABC):
+class Scheduled(Restorable, ABC):
     """An algorithm whose step is `operations`, once it is prepared; the C library performs them.
 
     `held` (n_inputs,) is what they hold at the inputs, in the units of their sources: all through
-    a step, unless `followed` (n_inputs,) says otherwise.
+    a step, unless `followed` (n_inputs,) says otherwise. All that it knows of the past is the
+    network's.
     """
 
     order: int
@@ -145,14 +143,6 @@ class Scheduled(ABC):
         self.network.size = size
         self.prepare(size)
         self._schedule.run(time, size)
-
-    def snapshot(self) -> AlgorithmSnapshot:
-        """Nothing: all that it knows of the past is the network's."""
-        return AlgorithmSnapshot()
-
-    def restore(self, snapshot: AlgorithmSnapshot) -> None:
-        """Nothing is to be restored."""
-        del snapshot
 
 
 def step_loop(
@@ -271,10 +261,10 @@ class StepHalving:
         """Return all components to the start of the step."""
         self._network.restore(self._start)
 
-    def snapshot(self) -> AlgorithmSnapshot:
+    def snapshot(self) -> Snapshot:
         """The snapshot of its algorithm."""
         return self._algorithm.snapshot()
 
-    def restore(self, snapshot: AlgorithmSnapshot) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Continue as from where the snapshot was taken."""
         self._algorithm.restore(snapshot)

@@ -27,12 +27,12 @@ misses a small part; of a jump, all of it.
 
 from __future__ import annotations
 
-from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
+from m4e_fmi.cosim.network.restorable import Restorable
 from m4e_fmi.errors import RunError
 
 SMALLEST = 1e-6
@@ -83,26 +83,15 @@ class JumpDetection:
         return np.where(off > JUMPED * movement, off, 0.0)
 
 
-@dataclass(frozen=True)
-class StepControlSnapshot:
-    """The next size [ns], the last steps' fate, and the scales of the outputs."""
-
-    size: int
-    rejected: int
-    passed: bool
-    just_rejected: bool
-    scale: np.ndarray
-    reached: np.ndarray
-    jumps: JumpDetection
-
-
-class StepControl:
+class StepControl(Restorable):
     """Chooses steps for a relative `tolerance`; sizes are in nanoseconds, `largest` the first.
 
     Estimates fall with the power `order` of the step. `passed` is true if the last step has missed
     the tolerance, being the smallest: something has jumped in it. `rejected` counts the steps that
     were taken back.
     """
+
+    restored = ("size", "rejected", "passed", "_just_rejected", "_scale", "_reached", "_jumps")
 
     def __init__(self, network: Network, tolerance: float, largest: int, order: int) -> None:
         self._network = network
@@ -123,21 +112,6 @@ class StepControl:
         self._jumps = JumpDetection(np.zeros(POINTS), np.zeros((POINTS, len(self._sources))))
         self._jumps.note(round(network.time * 1e9), start[self._sources])
         self._most_reached = OF_NOMINAL * np.array([network.nominal(port) for port in outputs])
-
-    def snapshot(self) -> StepControlSnapshot:
-        """The control as it is now."""
-        fate = self.size, self.rejected, self.passed, self._just_rejected
-        return StepControlSnapshot(
-            *fate, self._scale.snapshot(), self._reached, deepcopy(self._jumps)
-        )
-
-    def restore(self, snapshot: StepControlSnapshot) -> None:
-        """Continue as from where the snapshot was taken."""
-        self.size, self.rejected = snapshot.size, snapshot.rejected
-        self.passed, self._just_rejected = snapshot.passed, snapshot.just_rejected
-        self._scale.restore(snapshot.scale)
-        self._reached = snapshot.reached
-        self._jumps = deepcopy(snapshot.jumps)
 
     def accepts(self, change: np.ndarray, end: np.ndarray, now: int, size: int) -> bool:
         """True if a step of `size` from `now` [ns] may stand; sets the size of the next one.
@@ -200,11 +174,13 @@ class StepControl:
         self._jumps.forget()
 
 
-class Scale:
+class Scale(Restorable):
     """Largest magnitudes so far of some outputs, `sources`, shared among those of one unit.
 
     `sources` (n,) are places among the exchanged outputs.
     """
+
+    restored = ("_largest",)
 
     def __init__(self, network: Network, sources: np.ndarray) -> None:
         self._sources = sources
@@ -213,14 +189,6 @@ class Scale:
         self._group = np.array([known.index(unit) for unit in units], dtype=np.intp)
         self._largest = np.zeros(len(known))
         self.keep(self.with_values(network.values[: len(network.outputs)]))
-
-    def snapshot(self) -> np.ndarray:
-        """Largest magnitude of each unit (n_units,), in that unit."""
-        return self._largest.copy()
-
-    def restore(self, largest: np.ndarray) -> None:
-        """Continue with these `largest` magnitudes (n_units,), each in its unit."""
-        self._largest = largest.copy()
 
     def with_values(self, values: np.ndarray) -> np.ndarray:
         """Scale (n,) of the outputs in their units, when all exchanged ones have these values.

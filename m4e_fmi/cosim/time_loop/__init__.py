@@ -1,1 +1,1 @@
-"""The loop over macro steps: step size, events in time, jumps, energy balance of the coupling."""
+"""The loop over macro steps: step size, jumps, energy balance of the coupling."""

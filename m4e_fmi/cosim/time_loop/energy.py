@@ -43,10 +43,10 @@ import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.operations import Operation, gather
+from m4e_fmi.cosim.network.restorable import Restorable
+from m4e_fmi.cosim.stepping.algorithm import BLOCK
 from m4e_fmi.cosim.wiring.links import Bond
 
-BLOCK = 1024
-"""Steps that are noted before they are evaluated."""
 LIKE = 4.0
 """Largest ratio of two neighbouring steps that give a second derivative."""
 NOISE = 1e-12
@@ -108,24 +108,15 @@ class _Sums:
     swing: np.ndarray
 
 
-@dataclass(frozen=True)
-class EnergySnapshot:
-    """The sums, and the steps that are noted but not evaluated yet."""
-
-    sums: _Sums
-    steps: int
-    points: np.ndarray
-    held: np.ndarray
-    sizes: np.ndarray
-
-
-class EnergyBalance:
+class EnergyBalance(Restorable):
     """Energy balance over the bonds of a network from the present communication point on.
 
     Forces, velocities and coordinates are noted at every point, and evaluated in blocks. Of each
     block two rows are kept for the swing of the energy, where it is largest and smallest for the
     mean forces up to there. `noted` are the steps in the present block, below BLOCK.
     """
+
+    restored = ("_sums", "noted", "_points", "_held", "_sizes")
 
     def __init__(
         self, network: Network, bonds: Iterable[Bond], followed: np.ndarray | None = None
@@ -161,19 +152,6 @@ class EnergyBalance:
             *np.zeros((2, len(self._bonds))), *np.zeros((5, count)), time=0.0, swing=swing
         )
         self._values.take(self._index, out=self._points[0], mode="clip")
-
-    def snapshot(self) -> EnergySnapshot:
-        """The balance as it is now."""
-        block = self._points.copy(), self._held.copy(), self._sizes.copy()
-        return EnergySnapshot(self._sums, self.noted, *block)
-
-    def restore(self, snapshot: EnergySnapshot) -> None:
-        """Continue as from where the snapshot was taken; operations keep their addresses."""
-        if not 0 <= snapshot.steps < BLOCK:
-            raise ValueError(f"{snapshot.steps} steps are noted, of {BLOCK}")
-        self._sums, self.noted = snapshot.sums, snapshot.steps
-        self._points[:], self._held[:] = snapshot.points, snapshot.held
-        self._sizes[:] = snapshot.sizes
 
     def add(self, held: np.ndarray, size: float, left: np.ndarray | None = None) -> None:
         """Account for a step of `size` [s] to the present point.

@@ -6,16 +6,17 @@ import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, cast
+from typing import cast
 
 import numpy as np
 
+from m4e_fmi.cosim.error.estimator import ErrorEstimator
 from m4e_fmi.cosim.network.failures import DiscardedError, EndWithinError, EventWithinError
 from m4e_fmi.cosim.network.network import Network
-from m4e_fmi.cosim.network.operations import Operation
 from m4e_fmi.cosim.network.schedule import LoopState, Schedule, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.stepping.algorithm import (
+    BLOCK,
     Algorithm,
     ErrorEstimating,
     Scheduled,
@@ -23,10 +24,9 @@ from m4e_fmi.cosim.stepping.algorithm import (
     step_loop,
 )
 from m4e_fmi.cosim.stepping.step_control import SMALLEST, StepControl
+from m4e_fmi.cosim.stepping.time_events import NEVER, TimeEvents, in_nanoseconds
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
-from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
-from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanoseconds
 from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.errors import RunError
 
@@ -36,23 +36,6 @@ LONGEST = 0.1
 """Seconds of wall time that many steps at once may take."""
 SHORT = 1e-3
 """Share of the simulation's step: a run creeps where such steps are discarded again and again."""
-
-
-class Watcher(Protocol):
-    """Checks every step of a run; if many are made at once, no more than `room` allows.
-
-    Its `operations` are performed after each step, in rows of a block.
-    """
-
-    @property
-    def operations(self) -> tuple[Operation, ...]: ...
-    @property
-    def room(self) -> int: ...
-    def before(self) -> None: ...
-    def halt(self) -> None: ...
-    def after(
-        self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
-    ) -> None: ...
 
 
 @dataclass
@@ -129,14 +112,14 @@ class TimeLoop:
         simulation: Simulation,
         *,
         results: ResultsWriter | None = None,
-        watcher: Watcher | None = None,
+        estimator: ErrorEstimator | None = None,
         control: StepControl | None = None,
         returns: bool = False,
         singly: bool = False,
         hopeless: Callable[[], bool] = lambda: False,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
-        self._results, self._watcher, self._control = results, watcher, control
+        self._results, self._estimator, self._control = results, estimator, control
         self._returns, self._singly, self._hopeless = returns, singly, hopeless
         self._start, self._stop = simulation.start_ns, simulation.stop_ns
         self._size = simulation.step_ns
@@ -144,7 +127,7 @@ class TimeLoop:
         self._every = 1 if in_steps else simulation.output_ns
         self._time_events = TimeEvents(network)
         self._has_time_events = bool(self._time_events)
-        self._note = Schedule(watcher.operations if watcher else ())
+        self._note = Schedule(estimator.operations if estimator else ())
         self._running: LoopState | None = None
         start = self._start
         self.position = Position(start, start, 0, 0, NEVER, Switches(), 0, start, NEVER, 1)
@@ -158,7 +141,7 @@ class TimeLoop:
     def _loop(self) -> StepLoop | None:
         if self._control or self._has_time_events:
             return None
-        watched = self._watcher.operations if self._watcher else ()
+        watched = self._estimator.operations if self._estimator else ()
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
         every = -(-self._every // self._size)
@@ -178,15 +161,10 @@ class TimeLoop:
         loop: StepLoop | None = self.__dict__.get("_loop")
         if loop:
             loop.state.halt = 1
-        if self._watcher:
-            self._watcher.halt()
+        if self._estimator:
+            self._estimator.halt()
 
-    def prepare(self) -> None:
-        """Do what the watcher does between steps; before each `advance`."""
-        if self._watcher:
-            self._watcher.before()
-
-    def advance(self, most: int = ENERGY_BLOCK) -> None:
+    def advance(self, most: int = BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one; fewer at the end."""
         at = self.position
         if at.jump <= at.now:
@@ -247,13 +225,13 @@ class TimeLoop:
                 results.keep(np.arange(start + apart, at.row + 1, apart) / NS_PER_SECOND)
             changed = self._network.settle()
             switched = self._switched(changed, size)
-            if self._watcher:
-                self._watcher.after(made, size, noted, jumped=bool(changed), within=switched)
+            if self._estimator:
+                self._estimator.after(made, size, noted, jumped=bool(changed), within=switched)
         if results and at.row != at.now and (at.now == self._stop or self.over):
             self._record()
         spent = clock.perf_counter() - began
         if not self._singly and spent < LONGEST / 2:
-            at.most = min(2 * at.most, ENERGY_BLOCK)
+            at.most = min(2 * at.most, BLOCK)
         elif spent > LONGEST:
             at.most = max(1, at.most // 2)
 
@@ -261,9 +239,9 @@ class TimeLoop:
         """Steps until the wall time, the run or a block may be over."""
         if size < self._size:  # to where steps would end had none been shortened
             return 1
-        room = ENERGY_BLOCK - self._energy.noted
-        if self._watcher:
-            room = min(room, self._watcher.room)
+        room = BLOCK - self._energy.noted
+        if self._estimator:
+            room = min(room, self._estimator.room)
         if self._results:
             room = min(room, self._results.room * loop.state.every - loop.state.since)
         return max(1, min(self.position.most, room, (self._stop - self.position.now) // size))
@@ -283,9 +261,9 @@ class TimeLoop:
         within = self._switched(changed, size) or within
         self._energy.add(self._algorithm.held, size / NS_PER_SECOND, self._network.left)
         at.steps += 1
-        if self._watcher:
+        if self._estimator:
             self._note.run(self._network.time)
-            self._watcher.after(1, size, 0, jumped=jumped or bool(changed), within=within)
+            self._estimator.after(1, size, 0, jumped=jumped or bool(changed), within=within)
         if at.now == self._stop or self.over or at.now >= at.row + self._every:
             self._record()
 

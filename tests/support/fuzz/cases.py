@@ -19,7 +19,6 @@ from unittest import mock
 
 from support.fuzz.archives import damaged_archive
 from support.fuzz.binaries import damaged_fields, damaged_program
-from support.fuzz.checkpoints import damaged_checkpoint
 from support.fuzz.families import Family, Seed, is_archive
 from support.fuzz.texts import WORDS, XML_WORDS, damaged_bytes, damaged_text
 from support.fuzz.trees import damaged_xml, damaged_yaml
@@ -49,8 +48,6 @@ class Outcome:
 
 def damaged(content: bytes, name: str, rng: random.Random) -> bytes:
     """The content of a file called `name` with one to three pieces of damage."""
-    if name.endswith(".checkpoint"):
-        return damaged_checkpoint(content, rng)
     if name.endswith(TREES) and rng.random() < 0.6:
         return (damaged_yaml if name.endswith(".yaml") else damaged_xml)(content, rng)
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
@@ -222,13 +219,6 @@ def _program(path: Path) -> None:
     load_program(path)
 
 
-def _resume(path: Path) -> None:
-    from m4e_fmi.cosim import run
-
-    system = load_system(next(path.parent.glob("*.yaml")))
-    run(system, results=path.with_suffix(""), resume=True)
-
-
 READERS: dict[str, Callable[[Path], None]] = {
     "load_system": _load_system,
     "make": _make,
@@ -238,5 +228,4 @@ READERS: dict[str, Callable[[Path], None]] = {
     "lines": _lines,
     "results": _results,
     "program": _program,
-    "resume": _resume,
 }

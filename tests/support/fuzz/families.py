@@ -8,7 +8,7 @@ import struct
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -16,15 +16,12 @@ from typing import Any
 import fmpy
 import numpy as np
 from support import defects, packages, paper_listings
-from support.c_fmus.build import build
 from support.chrono_files import chrono_model
 from support.chrono_mechanisms import spatial_mechanism
 from support.flap_file import TEXT, WAVE
 from support.fuzz.archives import packed
 from support.runtime_programs import every_operation, robertson
 
-from m4e_fmi.cosim import load_system, run
-from m4e_fmi.cosim.run.checkpoint import read_checkpoint
 from m4e_fmi.cosim.ssp.package import Package
 from m4e_fmi.errors import M4eError
 from m4e_fmi.files.document import Document
@@ -305,30 +302,6 @@ def _is_program(path: Path) -> bool:
     return len(data) > 80 and zlib.crc32(data[16:]) == int.from_bytes(data[12:16], "little")
 
 
-SAVED = """name: saved
-components:
-  a: {{fmu: {fmu}, start: {{body.m.x: 1}}}}
-  b: {{fmu: {fmu}}}
-connections: ["a.body.m.x -> b.body.m.force_x, units ignored"]
-scenario: {{pull: {{at: 0.2 s, freeze: b.body.m.force_x}}}}
-simulation: {{stop_time: 0.5, step_size: 0.05, algorithm: {algorithm}}}
-"""
-
-
-def _checkpoints() -> Iterator[Seed]:
-    for algorithm in ("jacobi", "corrector"):
-        with tempfile.TemporaryDirectory() as folder:
-            fmu = build("mass+state+bytes", Path(folder))
-            file, results = Path(folder, "saved.yaml"), Path(folder, "r.nc")
-            file.write_text(SAVED.format(fmu=fmu.name, algorithm=algorithm))
-            system = load_system(file)
-            settings = replace(system.simulation, stop_time=0.3, checkpoint_interval=0.1)
-            run(replace(system, simulation=settings), results=results)
-            names = (f"{results.name}.checkpoint", results.name, file.name, fmu.name)
-            files = {name: Path(folder, name).read_bytes() for name in names}
-        yield Seed(f"checkpoint {algorithm}", files, (("resume", "FILE"),))
-
-
 @cache
 def families() -> dict[str, Family]:
     """All families by name; their cases are those of a whole campaign."""
@@ -340,7 +313,6 @@ def families() -> dict[str, Family]:
         Family("lines", 1_000, _lines, _has_sections),
         Family("results", 1_000, _results, _is_results),
         Family("program", 1_000, _programs, _is_program),
-        Family("checkpoint", 1_000, _checkpoints, read_checkpoint),
     )
     return {family.name: family for family in parts}
 

@@ -51,15 +51,6 @@ def damaged_yaml(content: bytes, rng: random.Random) -> bytes:
     return text.encode("utf-8", "surrogatepass" if rng.random() < 0.1 else "replace")
 
 
-def damaged_json(content: bytes, rng: random.Random) -> bytes:
-    """A JSON text with one to three pieces of its tree changed."""
-    data = json.loads(content)
-    whole = copy.deepcopy(data)
-    for _ in range(rng.choice((1, 1, 1, 2, 3))):
-        _change(data, whole, rng)
-    return json.dumps(data, default=str).encode("utf-8", "surrogatepass")
-
-
 def _change(data: Any, whole: Any, rng: random.Random) -> None:
     found = list(_places(data))
     if not found:

@@ -72,7 +72,7 @@ def solved(function: Callable[[np.ndarray], np.ndarray], scale: list[float]) -> 
     def residual(x: np.ndarray) -> np.ndarray:
         return function(x) - x
 
-    def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
+    def jacobian(x: np.ndarray, r: np.ndarray, again: bool) -> np.ndarray:
         del again
         steps = 1e-6 * np.diag(scale)
         return np.column_stack([(residual(x + step) - r) / step.max() for step in steps])

@@ -16,8 +16,8 @@ from support.small_systems import Fmus, oscillator, system
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import Simulation, run, start
+from m4e_fmi.cosim.error.estimator import ErrorEstimator
 from m4e_fmi.cosim.run.checkpoint import checkpoint_of
-from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
 
@@ -56,11 +56,11 @@ def test_a_signal_in_a_repeated_window_leaves_one_before_it(
     saving = whole.changed(checkpoint_interval=1e3)
     run(whole, results=plain)
     found: list[float] = []
-    prepare = TimeLoop.prepare
+    before = ErrorEstimator.before
 
-    def ending(loop: TimeLoop) -> None:
-        if loop.time == 20.48:  # after 2048 steps, which are repeated next
-            network = loop._network
+    def ending(estimator: ErrorEstimator) -> None:
+        network = estimator._network
+        if network.time == 20.48:  # after 2048 steps, which are repeated next
             pause = network.pause
 
             def end() -> None:
@@ -70,9 +70,9 @@ def test_a_signal_in_a_repeated_window_leaves_one_before_it(
                 pause()
 
             network.pause = end
-        prepare(loop)
+        before(estimator)
 
-    monkeypatch.setattr(TimeLoop, "prepare", ending)
+    monkeypatch.setattr(ErrorEstimator, "before", ending)
     with pytest.raises(Terminated) as caught:
         run(saving, results=file)
     assert found

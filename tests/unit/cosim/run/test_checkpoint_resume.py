@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import math
 import re
 import shutil
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.forged import forge
 from support.interrupted import check_resumed, differences
 from support.small_systems import Fmus, oscillator
 
 from m4e_fmi.cosim import Action, Simulation, System, run
-from m4e_fmi.cosim.run.checkpoint import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import Saved, checkpoint_of
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import load
 from m4e_fmi.units import parse_quantity
@@ -144,12 +141,12 @@ def test_a_full_disk_leaves_the_checkpoint_before_and_is_told(
 
     write, calls = checkpoint.write_checkpoint, list[float]()
 
-    def full(path: Path, parts: Mapping[str, object]) -> None:
+    def full(path: Path, saved: Saved) -> None:
         calls.append(0.0)
         if len(calls) == 3:
             raise RunError("the disk is full", "")
         if len(calls) < 3:
-            write(path, parts)
+            write(path, saved)
 
     monkeypatch.setattr(checkpoint, "write_checkpoint", full)
     told: list[str] = []
@@ -161,25 +158,3 @@ def test_a_full_disk_leaves_the_checkpoint_before_and_is_told(
     )
     assert told[0].startswith("warning: no checkpoint at t = 3 s: the disk is full; the last is of")
     assert outcome.steps == 400
-
-
-@pytest.mark.parametrize(
-    ("part", "change"),
-    [
-        ("saved", lambda saved: replace(saved, fmu_states={7: {}})),
-        ("saved", lambda saved: saved.state),
-        ("head", lambda _: None),
-        ("head", lambda head: replace(head, time=math.nan)),
-        ("head", lambda head: replace(head, time=math.inf)),
-        ("head", lambda head: replace(head, time=2.5)),
-        ("head", lambda head: replace(head, last=math.nan)),
-        ("head", lambda head: replace(head, last=-5)),
-    ],
-)
-def test_a_forged_state_is_refused(
-    ended: tuple[System, Path], part: str, change: Callable[[Any], object]
-) -> None:
-    first, file = ended
-    forge(checkpoint_of(file), part, change)
-    with pytest.raises(InputError, match=r"is damaged|is not the one that the checkpoint was"):
-        run(first.changed(stop_time=3.0), results=file, resume=True)
