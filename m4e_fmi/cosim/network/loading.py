@@ -202,12 +202,10 @@ def binaries(
     for name, description in descriptions.items():
         origin = f"{name} ({description.path.name})"
         last = None if description.once_per_process else known.get(description.path)
-        if host := (hosts or {}).get(name):
+        host = (hosts or {}).get(name)
+        if host or last is None or last.worker or not last.files.shares_library:
             files = last.files if last else stack.enter_context(closing(Files(description)))
-            last = stack.enter_context(Hosted(description, files, origin=origin, host=host))
-        elif last is None or last.worker or not last.files.shares_library:
-            files = last.files if last else stack.enter_context(closing(Files(description)))
-            last = stack.enter_context(Binary(description, files, origin=origin))
+            last = stack.enter_context(opened_binary(description, files, origin=origin, host=host))
         found[name] = known[description.path] = last
     for binary in found.values():
         if binary.worker:

@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 from fmpy import fmi3
 
-from m4e_fmi.fmu.importer.calls.access import Access, Value, guarded, runtime_function
+from m4e_fmi.fmu.importer.calls.access import Value, guarded, runtime_function
 from m4e_fmi.fmu.importer.calls.standard import (
     COUNT,
     INT,
@@ -137,7 +137,6 @@ class Fmi3(Standard):
         self.sizes = self.sizes or sizes
         self._experiment: tuple[float, float | None, float | None] = (0.0, None, None)
         self._is_new = True
-        self._accesses: dict[tuple[str, ...], Access] = {}
         self._states: list[_RawState] = []
 
     def instantiate(
@@ -247,11 +246,7 @@ class Fmi3(Standard):
         return _METHODS.get(kind, kind), _LAYOUTS[kind]
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        place = ctypes.addressof(self.events)
-        if names:
-            if tuple(names) not in self._accesses:
-                self._accesses[tuple(names)] = self.typed(names, self._texts)
-            place = self._accesses[tuple(names)].address
+        place = self.access(names).address if names else ctypes.addressof(self.events)
         return RawCall(runtime_function(_RAW[function]), place, np.zeros(0, dtype=np.uint32))
 
     # ---- steps and events ----

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
@@ -120,7 +120,7 @@ class Standard(ABC):
         self.component: int | None = None
         self.events = RawComponent(next_event=math.inf, ended=math.inf, goes_on=True)
         self.last_call = ""
-        self._typed: dict[str, tuple[Access, np.ndarray]] = {}
+        self._accesses: dict[tuple[str, ...], Access] = {}
         self._texts = Texts()
 
     # ---- the life of an instance ----
@@ -166,10 +166,9 @@ class Standard(ABC):
 
     def set_values(self, values: Mapping[str, Value]) -> None:
         """Set variables of any type by name, one at least."""
-        names, texts = list(values), self._texts
-        variables = zip(self.variables(names), values.values(), strict=True)
-        access = self.typed(names, texts)
-        cells = [cell_of(value, variable, texts) for variable, value in variables]
+        access, variables = self.access(values), self.variables(values)
+        pairs = zip(values.values(), variables, strict=True)
+        cells = [cell_of(value, variable, self._texts) for value, variable in pairs]
         status = access.set(np.array(cells, dtype=np.int64))
         self.check(status, access.function(sets=True))
 
@@ -210,6 +209,13 @@ class Standard(ABC):
             changed=changed,
         )
 
+    def access(self, names: Iterable[str]) -> Access:
+        """Access to variables that are set or read on their own, made once."""
+        key = tuple(names)
+        if key not in self._accesses:
+            self._accesses[key] = self.typed(key, self._texts)
+        return self._accesses[key]
+
     def _part(self, variables: Sequence[Variable], members: Sequence[int]) -> TypedPart:
         function, layout = self.layout(variables[0])
         return TypedPart(
@@ -229,9 +235,7 @@ class Standard(ABC):
     def value(self, name: str) -> Value:
         """The present value of a variable; an item of an enumeration by number."""
         self.check(self.ready(), "fmi2ExitInitializationMode")
-        if name not in self._typed:
-            self._typed[name] = self.typed([name], self._texts), np.zeros(1, dtype=np.int64)
-        access, cells = self._typed[name]
+        access, cells = self.access([name]), np.zeros(1, dtype=np.int64)
         self.check(access.get(cells), access.function(sets=False))
         variable = self._variables[name]
         if variable.type == "Real":
@@ -406,7 +410,7 @@ class Standard(ABC):
         """The address of a function, named as in FMI 2.0."""
         return address_of(self.function(function))
 
-    def variables(self, names: Sequence[str]) -> list[Variable]:
+    def variables(self, names: Iterable[str]) -> list[Variable]:
         """The variables of these names."""
         return [self._variables[name] for name in names]
 
