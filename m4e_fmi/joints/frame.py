@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
@@ -62,12 +63,12 @@ class Frame:
         """The angle about +Y [rad] of a body that turns about no other axis."""
         return self.rotation.angle
 
-    @property
+    @cached_property
     def position(self) -> Vector:
         """Of the centre of gravity [m]."""
         return added(self.origin, self.arm)
 
-    @property
+    @cached_property
     def velocity(self) -> Vector:
         """Of the centre of gravity [m/s]."""
         return self.velocity_at(self.arm)

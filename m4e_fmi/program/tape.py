@@ -69,7 +69,8 @@ class Tape:
 
     def __init__(self) -> None:
         self.operations: list[Operation] = []
-        self._scalars: dict[Operation, Scalar] = {}
+        self._scalars: list[Scalar] = []
+        self._known: dict[Operation, Scalar] = {}
 
     def __len__(self) -> int:
         return len(self.operations)
@@ -80,16 +81,17 @@ class Tape:
 
     def recorded(self, operation: Operation) -> Scalar:
         """The scalar of `operation`, which is appended unless it is there already."""
-        scalar = self._scalars.get(operation)
+        scalar = self._known.get(operation)
         if scalar is None:
             kind = KINDS.get(operation[0], PLAIN)
-            scalar = self._scalars[operation] = Scalar(self, len(self.operations), kind)
+            scalar = self._known[operation] = Scalar(self, len(self.operations), kind)
             self.operations.append(operation)
+            self._scalars.append(scalar)
         return scalar
 
     def scalar(self, index: int) -> Scalar:
         """The scalar of a node."""
-        return self._scalars[self.operations[index]]
+        return self._scalars[index]
 
     def constant(self, value: float) -> Scalar:
         """The scalar of a number; ValueError if it is not finite."""
@@ -177,7 +179,8 @@ class Tape:
 
     def _with_negated(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
         """The same value, to the bit, with the sign taken out of the operands."""
-        minus_a, minus_b = self._negated(a), self._negated(b)
+        minus_a = self._scalars[self.operations[a.index][1]] if a.kind == NEGATED else None
+        minus_b = self._scalars[self.operations[b.index][1]] if b.kind == NEGATED else None
         match name:
             case "add" if minus_a is not None and minus_b is not None:
                 return self.unary("neg", self.binary("add", minus_a, minus_b))
@@ -195,10 +198,6 @@ class Tape:
                 return self.unary("neg", self.binary(name, a, minus_b))
             case _:
                 return None
-
-    def _negated(self, a: Scalar) -> Scalar | None:
-        """The scalar that `a` is the negative of, None if it is not recorded as one."""
-        return self.scalar(self.operations[a.index][1]) if a.kind == NEGATED else None
 
     def arguments(self, index: int) -> tuple[int, ...]:
         """Indices that node `index` is computed from."""

@@ -150,13 +150,12 @@ class Engine:
             raise RunError(f"the runtime's library is missing: {library_detail()}")
         self.library = found
         self.program = program
-        self._jacobian = tuple(jacobian)
         self.watches = tuple(watches)
         self.lanes = lanes
         needed = _with_outputs(program, outputs, self.watches)
         positions = {v.name: k for k, v in enumerate(needed.outputs)}
         self.selected = [positions[n] for n in (positions if outputs is None else outputs)]
-        self._read(encode(needed, self._jacobian))
+        self._read(encode(needed, jacobian))
         watched = [positions[w.name] for w in self.watches]
         self.handle = found.m4e_model_new(
             self._program, lanes, *self._indices(self.selected), *self._indices(watched)
@@ -196,11 +195,11 @@ class Engine:
         }
         source = kernel_source(blocks, self.counts, lanes=self.lanes)
         wide = self.library.m4e_instruction_set().decode()
-        try:
-            kernels = load_kernel(source, wide) if source else None
-        except (CompilationError, OSError):
+        if not source:
             return False
-        if kernels is None:
+        try:
+            kernels = load_kernel(source, wide)
+        except (CompilationError, OSError):
             return False
         for name, block in blocks.items():
             function = getattr(kernels, name, None)

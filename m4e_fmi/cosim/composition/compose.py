@@ -25,6 +25,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description
 from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
+from m4e_fmi.program.composition import Place
 
 IN_WAVES = "make_in_waves"
 """Function of a kind that makes a program with the forces of waves as inputs: docs/adapters.md."""
@@ -111,12 +112,12 @@ def _program(
     found = look_at(system, named, tell, drawn)
     wiring = connect(system, found.descriptions)
     for name in sorted(named.open):
-        given = [
+        lacking = [
             str(link.target)
             for link in wiring.all_links
             if link.source.component == name and link.target.component in found.programs
         ]
-        tell(f"left open: {name}; inputs instead of it: {', '.join(given) or 'none'}")
+        tell(f"left open: {name}; inputs instead of it: {', '.join(lacking) or 'none'}")
     laws = stand_ins(
         system,
         found.settled,
@@ -128,7 +129,7 @@ def _program(
     programs = {**found.programs, **{name: program for name, (program, _) in laws.items()}}
     inner = _inner_links(system, wiring, programs, laws, delays=named.at_rest)
     parts = dict(_started(system, programs, found.descriptions))
-    own = dict(_outer_inputs(system, programs))
+    own, given = _outer(system, programs)
     if problems := [p for name, ends in own.items() for p in _different(system, name, ends, parts)]:
         raise InputError(problems)
     links = [
@@ -147,7 +148,7 @@ def _program(
             links,
             description=system.description,
             inputs=own,
-            outputs=dict(_outer_outputs(system, programs)),
+            outputs=given,
             origins={**found.origins, **{name: law for name, (_, law) in laws.items()}},
         )
     except AlgebraicLoopError as error:
@@ -204,15 +205,18 @@ def _inner_links(
     return inner
 
 
-def _outer_inputs(
+def _outer(
     system: System, programs: Mapping[str, Program]
-) -> Iterator[tuple[str, list[tuple[str, str]]]]:
-    """The system's own inputs that lead into programs."""
-    for name, texts in system.inputs.items():
-        ends = (text.split(".", 1) for text in texts)
-        inner = [(p, n) for p, n in ends if _has(programs, p, n, groups=("inputs", "parameters"))]
-        if inner:
-            yield name, inner
+) -> tuple[dict[str, list[Place]], dict[str, Place]]:
+    """The system's own inputs that lead into programs, and its own outputs that programs give."""
+    takes, gives = dict[str, Place](), dict[str, Place]()
+    for part, p in programs.items():
+        takes |= {f"{part}.{v.name}": (part, v.name) for v in (*p.inputs, *p.parameters)}
+        gives |= {
+            f"{part}.{v.name}": (part, v.name) for v in (*p.states, *p.outputs, *p.calculated)
+        }
+    inputs = {k: [takes[end] for end in ends if end in takes] for k, ends in system.inputs.items()}
+    return inputs, {k: gives[end] for k, end in system.outputs.items() if end in gives}
 
 
 def _different(
@@ -230,26 +234,6 @@ def _different(
             remedy = f"give them the same {what}, or names of their own"
             yield system.problem(("inputs", name), message, remedy)
             return
-
-
-def _outer_outputs(
-    system: System, programs: Mapping[str, Program]
-) -> Iterator[tuple[str, tuple[str, str]]]:
-    """The system's own outputs that programs give."""
-    for name, text in system.outputs.items():
-        part, _, variable = text.partition(".")
-        if _has(programs, part, variable, groups=("states", "outputs", "calculated")):
-            yield name, (part, variable)
-
-
-def _has(
-    programs: Mapping[str, Program], part: str, variable: str, *, groups: Collection[str]
-) -> bool:
-    """True if a program among others has such a variable."""
-    known = programs.get(part)
-    return known is not None and any(
-        v.name == variable for group in groups for v in getattr(known, group)
-    )
 
 
 def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> InputError:

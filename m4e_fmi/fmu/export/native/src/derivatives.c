@@ -12,21 +12,18 @@ static const size_t NOWHERE = SIZE_MAX;
 static size_t direction_of(const instance *c, uint32_t s) {
     const size_t time = c->n.inputs, states = time + 1, inputs = states + c->n.states;
     if (s == scalars(c)) return time;
-    if (s < c->n.parameters) return inputs + c->n.inputs + s;
-    if (s < first_input(c)) return NOWHERE;
+    if (s < first_input(c)) return inputs + c->n.inputs + s;
     if (s < first_state(c)) return inputs + (s - first_input(c));
     return s < first_output(c) ? states + (s - first_state(c)) : NOWHERE;
 }
 
 /* Change of a scalar that is calculated or a state, after `differentiate`. */
 static double change_of(const instance *c, uint32_t s) {
-    if (s >= first_output(c)) return c->changes[s - first_output(c)];
-    if (s < first_input(c)) return c->changes[c->n.outputs + (s - c->n.parameters)];
-    return c->direction[direction_of(c, s)];
+    return s < first_output(c) ? c->direction[direction_of(c, s)] : c->changes[s - first_output(c)];
 }
 
 static int unknown_scalar(const instance *c, uint32_t s) {
-    return (s >= first_state(c) && s < scalars(c)) || (s >= c->n.parameters && s < first_input(c));
+    return s >= first_state(c) && s < scalars(c);
 }
 
 static int known_scalar(const instance *c, uint32_t s) { return direction_of(c, s) != NOWHERE; }
@@ -110,7 +107,7 @@ answer adjoint_derivative(instance *c, const uint32_t unknown[], size_t unknowns
 }
 
 static int state_or_output(const instance *c, uint32_t s) {
-    return s >= first_state(c) && s < scalars(c);
+    return s >= first_state(c) && s < first_calculated(c);
 }
 
 answer output_derivatives(instance *c, const uint32_t references[], size_t count,

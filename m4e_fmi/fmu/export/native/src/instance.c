@@ -54,25 +54,18 @@ answer set_logging(instance *c, int on, size_t count, const char *const categori
     return FMI_OK;
 }
 
-uint32_t first_input(const instance *c) { return c->n.parameters + c->n.calculated; }
+uint32_t first_input(const instance *c) { return c->n.parameters; }
 uint32_t first_state(const instance *c) { return first_input(c) + c->n.inputs; }
 uint32_t first_output(const instance *c) { return first_state(c) + c->n.states; }
-uint32_t scalars(const instance *c) { return first_output(c) + c->n.outputs; }
-
-/* Place in the binary form, where calculated parameters come last. */
-static uint32_t place_of(const instance *c, uint32_t scalar) {
-    if (scalar >= first_input(c)) return scalar - c->n.calculated;
-    if (scalar >= c->n.parameters) return scalar + c->n.inputs + c->n.states + c->n.outputs;
-    return scalar;
-}
+uint32_t first_calculated(const instance *c) { return first_output(c) + c->n.outputs; }
+uint32_t scalars(const instance *c) { return first_calculated(c) + c->n.calculated; }
 
 const char *name_of(const instance *c, uint32_t scalar) {
-    if (scalar == scalars(c)) return "time";
-    return m4e_program_name(c->program, place_of(c, scalar));
+    return scalar == scalars(c) ? "time" : m4e_program_name(c->program, scalar);
 }
 
 const m4e_limits *limits_of(const instance *c, uint32_t scalar) {
-    return m4e_program_limits(c->program) + place_of(c, scalar);
+    return m4e_program_limits(c->program) + scalar;
 }
 
 answer set_experiment(instance *c, int tolerant, double tolerance, double start, int stops,
@@ -108,7 +101,7 @@ void refresh(instance *c) {
     if (!c->stale) return;
     prepare(c);
     m4e_outputs(c->model, c->now.t, c->x, c->y);
-    m4e_calculated(c->model, c->calculated);
+    m4e_calculated(c->model, c->y + c->n.outputs);
     c->stale = 0;
 }
 
@@ -187,7 +180,6 @@ static int make_room(instance *c) {
     c->x = c->u + u;
     c->first = c->x + x;
     c->second = c->first + u;
-    c->calculated = c->y + c->n.outputs;
     c->model = new_model(c->program, 0, c->n.outputs);
     return c->model != NULL;
 }

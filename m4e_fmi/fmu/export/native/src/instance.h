@@ -35,10 +35,10 @@ typedef struct {
     double tolerance;
 } status;
 
-/* Scalars are numbered: parameters, calculated ones, inputs, states, outputs, each in the program's
-   order; after them, time. The scalars of value reference r are scalar[start[r]], ... up to start[r
-   + 1]; in FMI 2.0 every reference is its own scalar. state[k] is the place in x of continuous
-   state k, in the importer's order. The String has the reference `text`. */
+/* Scalars are numbered as in the binary form: parameters, inputs, states, outputs, calculated
+   parameters; after them, time. The scalars of value reference r are scalar[start[r]], ... up to
+   start[r + 1]; in FMI 2.0 every reference is of one scalar. state[k] is the place in x of
+   continuous state k, in the importer's order. The String has the reference `text`. */
 typedef struct {
     uint32_t variables, text;
     uint32_t *start, *scalar, *state;
@@ -53,10 +53,10 @@ struct instance {
     status now;
     m4e_counts n;
     size_t count; /* of values: parameters, inputs, states, first and second input derivatives */
-    double *values, *p, *u, *x, *first, *second;
+    double *values, *p, *u, *x, *first, *second; /* the others are within values */
     double *before; /* values to go back to */
     double *rates;
-    double *calculated, *y; /* valid unless `stale` */
+    double *y; /* outputs and calculated parameters, valid unless `stale` */
     int stale, stale_parameters, stale_inputs;
     layout layout;
     struct dependencies *dependencies; /* read when they are asked for */
@@ -119,7 +119,7 @@ const char *name_of(const instance *c, uint32_t scalar);
 const m4e_limits *limits_of(const instance *c, uint32_t scalar);
 uint32_t scalars(const instance *c); /* without time, whose number it is */
 uint32_t first_input(const instance *c), first_state(const instance *c),
-    first_output(const instance *c);
+    first_output(const instance *c), first_calculated(const instance *c);
 
 /* Whether a text is of decimal digits, spaces and ends of lines only; counts lines and numbers. */
 int count_numbers(const char *text, size_t *lines, size_t *numbers);

@@ -17,6 +17,13 @@ int count_numbers(const char *text, size_t *lines, size_t *numbers) {
     return 1;
 }
 
+/* A scalar by its number in FMI, where calculated parameters follow the other parameters. */
+static uint32_t scalar_of(const instance *c, uint32_t number) {
+    const uint32_t before = c->n.parameters, after = before + c->n.calculated;
+    if (number < before || number == scalars(c)) return number;
+    return number < after ? first_calculated(c) + (number - before) : number - c->n.calculated;
+}
+
 /* The file has a line for each value reference, with the numbers of its scalars. */
 static int fill(instance *c, const char *text) {
     layout *l = &c->layout;
@@ -26,7 +33,7 @@ static int fill(instance *c, const char *text) {
         if (*text >= '0' && *text <= '9') {
             const unsigned long number = strtoul(text, (char **)&text, 10);
             if (number > scalars(c)) return 0;
-            l->scalar[place++] = (uint32_t)number;
+            l->scalar[place++] = scalar_of(c, (uint32_t)number);
         } else {
             if (*text == '\n') l->start[++line] = place;
             ++text;
@@ -67,7 +74,10 @@ int read_layout(instance *c, const char *file) {
         l->state = malloc((c->n.states + (size_t)1) * sizeof *l->state);
         sound = l->start && l->scalar && l->state;
     }
-    for (uint32_t r = 0; sound && !file && r <= lines; ++r) l->start[r] = l->scalar[r] = r;
+    for (uint32_t r = 0; sound && !file && r <= lines; ++r) {
+        l->start[r] = r;
+        l->scalar[r] = scalar_of(c, r);
+    }
     if (sound && file) sound = fill(c, text);
     sound = sound && order_states(c, numbers);
     free(content);

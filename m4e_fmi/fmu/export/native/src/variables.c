@@ -10,10 +10,7 @@ answer not_finite(instance *c, uint32_t scalar, double value) {
 }
 
 static double value_of(const instance *c, uint32_t s) {
-    if (s < c->n.parameters) return c->p[s];
-    if (s < first_input(c)) return c->calculated[s - c->n.parameters];
-    if (s < first_state(c)) return c->u[s - first_input(c)];
-    if (s < first_output(c)) return c->x[s - first_state(c)];
+    if (s < first_output(c)) return c->values[s];
     return s < scalars(c) ? c->y[s - first_output(c)] : c->now.t;
 }
 
@@ -40,7 +37,6 @@ static const char *refusal(const instance *c, uint32_t s) {
         return tunable ? "is changed at events and between steps only"
                        : "is fixed after initialization";
     }
-    if (s < first_input(c)) return "is calculated";
     if (s < first_state(c)) return NULL;
     if (s >= first_output(c)) return "is calculated";
     /* the standard has a function for all states at once, but CasADi sets them one by one */
@@ -50,15 +46,9 @@ static const char *refusal(const instance *c, uint32_t s) {
 
 static void set_value(instance *c, uint32_t s, double value) {
     if (value != value_of(c, s)) c->now.held = 0;
-    if (s < c->n.parameters) {
-        c->p[s] = value;
-        c->stale_parameters = c->stale_tangent = 1;
-    } else if (s < first_state(c)) {
-        c->u[s - first_input(c)] = value;
-        c->stale_inputs = 1;
-    } else {
-        c->x[s - first_state(c)] = value;
-    }
+    if (s < first_input(c)) c->stale_parameters = c->stale_tangent = 1;
+    if (s >= first_input(c) && s < first_state(c)) c->stale_inputs = 1;
+    c->values[s] = value;
     c->stale = 1;
 }
 
