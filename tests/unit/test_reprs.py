@@ -122,7 +122,7 @@ def wrong_names(folder: Path) -> Iterator[Any]:
                      build_directory=folder / "build") as execution:  # fmt: skip
         yield from ((execution, "one.body.blok.x"), (execution.point, "one.body.blok.x"))
         with pytest.raises(KeyError, match=r"did you mean 'one\.body\.block\.x'"):
-            execution._master.network.read("one.body.blok.x")
+            execution._run.network.read("one.body.blok.x")
     loaded = execution.outcome.results()
     yield from ((loaded, "one.body.blok.x"), (loaded.series, "one.body.blok.x"))
     yield from ((loaded.components, "on"), (loaded.components["one"], "body.blok.x"))

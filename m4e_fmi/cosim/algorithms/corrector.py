@@ -53,7 +53,7 @@ def corrector(network: Network) -> Corrector | GaussSeidel:
     """
     if not network.has_loops:
         corrector = Corrector(network)
-        if corrector.can_correct:
+        if all(group.again for group in corrector.groups if group.cyclic):
             return corrector
     fallback = GaussSeidel(network)
     fallback.notes = (_LOOPS if network.has_loops else _NO_ROLLBACK,)
@@ -61,14 +61,14 @@ def corrector(network: Network) -> Corrector | GaussSeidel:
 
 
 class Corrector(Scheduled):
-    """Two passes of the components per step; three in the first one."""
+    """Two passes of the components per step, `groups` after one another; three in the first one."""
 
     order = 3
     estimate_order = 3
 
     def __init__(self, network: Network) -> None:
         self._step_values = step_values = StepValues(network, InputInterpolation.PARABOLA)
-        self._groups = tuple(_groups(network, step_values.steppers))
+        self.groups = tuple(_groups(network, step_values.steppers))
         self._before = np.zeros_like(step_values.end)
         super().__init__(network, self._passes(2), step_values.held)
         self.followed = step_values.followed
@@ -79,7 +79,7 @@ class Corrector(Scheduled):
     def _reasons(self) -> Iterator[str]:
         """Reasons why the order is lost."""
         steppers, sampled = self._step_values.steppers, self._step_values.sampled
-        once = [s.name for group in self._groups if group.cyclic for s in group.once]
+        once = [s.name for group in self.groups if group.cyclic for s in group.once]
         moving = [stepper for stepper in steppers if stepper.moved]
         single = [stepper.name for stepper in steppers if stepper.holds and stepper.pieces == 1]
         back = [s.name for s in steppers if s.looks_back and s.name not in single]
@@ -117,20 +117,15 @@ class Corrector(Scheduled):
     @property
     def estimates(self) -> bool:
         """True if `change` covers all exchanged outputs: each belongs to a cycle."""
-        single = [s for group in self._groups if not group.cyclic for s in group.steppers]
+        single = [s for group in self.groups if not group.cyclic for s in group.steppers]
         return not any(s.outputs.stop > s.outputs.start for s in single)
-
-    @property
-    def can_correct(self) -> bool:
-        """True if a component of each cycle of connections can make its step again."""
-        return all(group.again for group in self._groups if group.cyclic)
 
     def _passes(self, count: int) -> list[Operation]:
         """A step of so many passes."""
         values = self._step_values
         operations = [o for stepper in (*values.steppers, *values.sampled) for o in stepper.save]
         operations += values.begin
-        for group in self._groups:
+        for group in self.groups:
             operations += [o for stepper in group.steppers for o in stepper.operations]
             if not group.cyclic:
                 continue

@@ -163,22 +163,17 @@ class _Source:
     def mean(self, size: float, last: float) -> Terms:
         """Mean over a step of `size` [s] after one of `last` [s] (0: there was none)."""
         if self.stays:
-            return self.start(size, last)
+            return {self.now: 1.0}
         if self.stepped is not None:
             return self._parabola_mean(self.stepped, size, last)
         if self.rate is not None:
             return self._taylor(size / 2, size**2 / 6)
         return self._line(size / 2, last)
 
-    def start(self, size: float, last: float) -> Terms:
-        """Value at the start of the step."""
-        del size, last
-        return {self.now: 1.0}
-
     def along(self, share: float, size: float, last: float) -> Terms:
         """Value at a share of the step on the straight line to its end."""
         if share == 0.0:
-            return self.start(size, last)
+            return {self.now: 1.0}
         terms = {index: share * factor for index, factor in self.end(size, last).items()}
         terms[self.now] = terms.get(self.now, 0.0) + 1.0 - share
         return terms
@@ -186,7 +181,7 @@ class _Source:
     def end(self, size: float, last: float) -> Terms:
         """Value at the end of the step."""
         if self.stays:
-            return self.start(size, last)
+            return {self.now: 1.0}
         if self.stepped is not None:
             return {self.stepped: 1.0}
         if self.rate is not None:

@@ -1,4 +1,4 @@
-"""Online estimate of the coupling error: a second trajectory beside the run.
+"""The estimate of the coupling error: a second trajectory, its courses, and the certificate.
 
 Start reading at `estimator`. `trajectory` makes the steps, `course` has what they tell and
 extrapolates it to the whole run, `roughness` watches the rest; `state` is all that is saved and

@@ -1,4 +1,4 @@
-"""Online estimate of the coupling error: a second trajectory beside the run.
+"""The steps of a run that are made again for its coupling error, their length, and the error.
 
 **Smooth motions.** Two runs by an algorithm of order p from one point, y at the step H and z at 2H,
 differ by most of the error of the second:
@@ -148,7 +148,6 @@ class ErrorEstimator(Restorable):
         self._trajectories = {
             length: Trajectory(second, make, self._sources, length=length) for length in lengths
         }
-        self._second = second
         self._fourfold = Trajectory(second, make, self._sources, length=FOURFOLD)
         self._seen: list[tuple[np.ndarray, np.ndarray, float]] = []
         self._points = [due for due in map(second.due, second.instances) if due]

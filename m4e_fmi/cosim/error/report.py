@@ -1,7 +1,7 @@
 """Report of the coupling error: the estimated error of each connection.
 
 A run repeats some of its steps, in half as many that are twice as long, or where these are not
-possible in twice as many that are half as long; all are watched for kinks (`estimator`).
+possible in twice as many that are half as long; all are watched for kinks (`roughness`).
 With `--check` all of it is repeated at half the step; two runs of order p, y at the step H and z
 at H/2, differ by most of the error of the first:
 

@@ -1,8 +1,8 @@
-"""The second trajectory: steps over times of the run, twice or half as long as the run's.
+"""The second trajectory: steps of twice or half the length of the run's, over the same times.
 
-It goes on the run's own FMUs, which are taken back to a point of the run and return afterwards, or
-on a second set of them, which goes beside the run from the start. Both are the same to it: a
-network that is somewhere, and times.
+Its FMUs are the run's own, which go back to a point of the run and return afterwards, or a second
+set, which goes beside the run from the start. Both are treated alike: a network at some point, and
+times.
 """
 
 from __future__ import annotations

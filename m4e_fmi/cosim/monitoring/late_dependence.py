@@ -1,9 +1,9 @@
-"""Outputs that are exchanged before inputs are set which they do not follow, read again in the run.
+"""A second look at outputs that were exchanged before all inputs of their FMU were set.
 
-What an output follows is declared by its FMU or in the system file, which may be wrong, or probed,
-which tells of a few points only. At communication points, ever more rarely, such outputs are read
-once more, when all inputs are set: one that has changed since it was exchanged follows an input,
-and what was exchanged was late.
+They are said not to follow the inputs that are set later: by their FMU or the system file, which
+may be wrong, or by probing at a few points. At communication points, ever more rarely, they are
+read once more, when all inputs are set: one that has changed since it was exchanged follows an
+input, and the exchanged value was late.
 
 Some FMUs lose outputs when inputs are set. So an output follows an input only if it moves when that
 is set to its value at the point before, and is back when the input is. An input that is discrete is

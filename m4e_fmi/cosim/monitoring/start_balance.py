@@ -178,7 +178,8 @@ class _Mobility:
                 for (k, _, symbol), own in zip(parts, mobility.diagonal(), strict=True)
             ]
         )
-        values, vectors = np.linalg.eigh(self._symmetric(mobility * np.outer(self.unit, self.unit)))
+        scaled = mobility * np.outer(self.unit, self.unit)
+        values, vectors = np.linalg.eigh((scaled + scaled.T) / 2.0)
         kept = values > RANK * values.max(initial=0.0)
         self.projector = vectors[:, kept] @ vectors[:, kept].T
         self.inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
@@ -201,10 +202,6 @@ class _Mobility:
         """That of a motion of a body outside of the water, which may be small or cannot move."""
         largest = max(_unit(hull, symbol) for hull in self.hulls)
         return 1.0 / math.sqrt(mobility) if mobility * largest**2 > RANK else largest
-
-    @staticmethod
-    def _symmetric(matrix: np.ndarray) -> np.ndarray:
-        return (matrix + matrix.T) / 2.0
 
     def _derivatives(self, name: str) -> np.ndarray:
         """Of the accelerations by one input, (m,)."""

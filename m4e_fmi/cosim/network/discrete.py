@@ -1,9 +1,8 @@
 """Values that pass between components and are not Real: Integers, Booleans, enumerations, Strings.
 
 They are exchanged at communication points, along declared dependencies as Reals are, and held in
-between, so that algorithms know nothing of them: going back to the start of a step, an FMU has the
-inputs again that it had there. A value that changes is a jump: what was before the point tells
-nothing of the step after it.
+between. So algorithms need not know them: an FMU that goes back to the start of a step has the
+inputs of that point again. A value that changes is a jump: no step uses values from before it.
 """
 
 from __future__ import annotations

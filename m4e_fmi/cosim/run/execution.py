@@ -51,15 +51,13 @@ class Execution:
     block has ended without an error.
     """
 
-    def __init__(
-        self, master: Run, descriptions: Mapping[str, Description], wiring: Wiring
-    ) -> None:
-        self._master, self._descriptions = master, descriptions
+    def __init__(self, run: Run, descriptions: Mapping[str, Description], wiring: Wiring) -> None:
+        self._run, self._descriptions = run, descriptions
         links = (*wiring.links, *wiring.initial_links)
         self._sources = {link.target: link.source for link in links}
         self._open = True
         self._outcome: Outcome | None = None
-        self.point = CommunicationPoint(self, master.network.time)
+        self.point = CommunicationPoint(self, run.network.time)
 
     @property
     def time(self) -> float:
@@ -69,7 +67,7 @@ class Execution:
     @property
     def done(self) -> bool:
         """True if the stop time is reached."""
-        return self._master.done
+        return self._run.done
 
     @property
     def outcome(self) -> Outcome:
@@ -92,7 +90,7 @@ class Execution:
         self._refresh()
         if self.done:
             raise RunError(f"the run is at its stop time, t = {self.time:.9g} s")
-        self._master.step()
+        self._run.step()
         return self._arrived()
 
     def save(self) -> State:
@@ -101,7 +99,7 @@ class Execution:
         It is valid until the block ends. RunError naming the FMUs that cannot save theirs.
         """
         self._refresh()
-        return self._master.save()
+        return self._run.save()
 
     def restore(self, state: State) -> CommunicationPoint:
         """Return to a state of this run: the point there, from which it goes on bit for bit.
@@ -109,7 +107,7 @@ class Execution:
         Values that were set since then are as they were. Results after it are overwritten.
         """
         self._check_open()
-        self._master.restore(state)
+        self._run.restore(state)
         return self._arrived()
 
     def __getitem__(self, name: str) -> Any:
@@ -117,7 +115,7 @@ class Execution:
         port, variable = self._variable(name)
         if variable.type not in TYPES:
             raise InputError.single(f"{port} is of type {variable.type}", "it cannot be read")
-        value = self._master.network.read(name)
+        value = self._run.network.read(name)
         if isinstance(value, float) and not math.isfinite(value):
             raise RunError(f"{port} at t = {self.time:.9g} s is {value}", "check what was set")
         return value
@@ -133,7 +131,7 @@ class Execution:
             value = value_of(variable, given)
         except ValueError as error:
             raise InputError.single(f"value {given!r} of {port} is wrong", str(error)) from None
-        self._master.set(port.component, {port.variable: value})
+        self._run.set(port.component, {port.variable: value})
 
     @property
     def settable(self) -> list[str]:
@@ -164,10 +162,10 @@ class Execution:
     def _refresh(self) -> None:
         """Bring outputs into agreement with what was set."""
         self._check_open()
-        self._master.refresh()
+        self._run.refresh()
 
     def _arrived(self) -> CommunicationPoint:
-        self.point = CommunicationPoint(self, self._master.network.time)
+        self.point = CommunicationPoint(self, self._run.network.time)
         return self.point
 
     def _check_open(self) -> None:

@@ -229,7 +229,7 @@ class Run:
     @property
     def done(self) -> bool:
         """True if the stop time is reached, or an FMU has asked for the end."""
-        return self.time_loop.position.now >= self._stop or self.time_loop.over
+        return self.time_loop.position.now >= self._stop or self.network.is_over
 
     @property
     def is_at_stop(self) -> bool:

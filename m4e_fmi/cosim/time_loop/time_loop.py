@@ -151,11 +151,6 @@ class TimeLoop:
             loop.state.rows_from = self._start if anywhere else self._stop
         return loop
 
-    @property
-    def over(self) -> bool:
-        """True if an FMU has asked for the end of the simulation."""
-        return self._network.is_over
-
     def halt(self) -> None:
         """End what `advance` does at the next point, called by another thread."""
         loop: StepLoop | None = self.__dict__.get("_loop")
@@ -227,7 +222,7 @@ class TimeLoop:
             switched = self._switched(changed, size)
             if self._estimator:
                 self._estimator.after(made, size, noted, jumped=bool(changed), within=switched)
-        if results and at.row != at.now and (at.now == self._stop or self.over):
+        if results and at.row != at.now and (at.now == self._stop or self._network.is_over):
             self._record()
         spent = clock.perf_counter() - began
         if not self._singly and spent < LONGEST / 2:
@@ -264,7 +259,7 @@ class TimeLoop:
         if self._estimator:
             self._note.run(self._network.time)
             self._estimator.after(1, size, 0, jumped=jumped or bool(changed), within=within)
-        if at.now == self._stop or self.over or at.now >= at.row + self._every:
+        if at.now == self._stop or self._network.is_over or at.now >= at.row + self._every:
             self._record()
 
     def explained(self, error: RunError) -> RunError:
