@@ -34,17 +34,15 @@ class AlgorithmDescriptor:
     """An algorithm as the rest of the program knows it.
 
     `order` is the power of the step with which the coupling error falls where FMUs can do all that
-    the algorithm makes use of. `solves_loops` tells that inputs and outputs agree in algebraic
-    loops within a step too; at communication points they do with every algorithm. `stability` ranks
-    algorithms by their longest stable step: messages on growth without bound advise those of higher
-    rank. `make` returns the `Algorithm` for a `Network` at its start time; `cosim` has both.
+    the algorithm makes use of. `stability` ranks algorithms by their longest stable step: messages
+    on growth without bound advise those of higher rank. `make` returns the `Algorithm` for a
+    `Network` at its start time; `cosim` has both.
     """
 
     name: str
     summary: str
     order: int
     link_delay: LinkDelay
-    solves_loops: bool
     needs_rollback: bool
     stability: int
     make: Callable[[Any], Any]

@@ -195,7 +195,8 @@ class TemporaryFolder:
 
     def remove(self) -> None:
         """Remove the folder, as far as its files can be removed."""
-        self._finalizer()
+        with held():
+            self._finalizer()
 
     def __enter__(self) -> Path:
         return self.path
@@ -206,9 +207,8 @@ class TemporaryFolder:
 
 def _remove(folder: Path, lock: Lock, process: int) -> None:
     if process == os.getpid():  # else it is that of the process that this one was forked from
-        with held():
-            shutil.rmtree(folder, ignore_errors=True)
-            lock.release()
+        shutil.rmtree(folder, ignore_errors=True)
+        lock.release()
 
 
 @cache

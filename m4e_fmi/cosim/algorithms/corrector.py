@@ -228,7 +228,6 @@ ALGORITHM = AlgorithmDescriptor(
     summary="all components step, go back, and step again with inputs known better",
     order=Corrector.order,
     link_delay=LinkDelay.CORRECTED,
-    solves_loops=False,
     needs_rollback=False,
     stability=1,
     make=corrector,

@@ -275,7 +275,6 @@ ALGORITHM = AlgorithmDescriptor(
     summary="components step one after the other, with the means of their inputs held",
     order=GaussSeidel.order,
     link_delay=LinkDelay.EXECUTION_ORDER,
-    solves_loops=False,
     needs_rollback=False,
     stability=0,
     make=GaussSeidel,

@@ -194,7 +194,6 @@ ALGORITHM = AlgorithmDescriptor(
     summary="steps are repeated until inputs and outputs agree in the middle and at the end",
     order=Implicit.order,
     link_delay=LinkDelay.SOLVED,
-    solves_loops=True,
     needs_rollback=True,
     stability=2,
     make=Implicit,

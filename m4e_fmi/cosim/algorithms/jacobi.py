@@ -35,7 +35,6 @@ ALGORITHM = AlgorithmDescriptor(
     summary="all components step at once",
     order=Jacobi.order,
     link_delay=LinkDelay.ONE_STEP,
-    solves_loops=False,
     needs_rollback=False,
     stability=0,
     make=Jacobi,

@@ -59,8 +59,7 @@ class Instance:
     The FMU hears the name with a `suffix`, of instances beside that of the run; nobody else does.
     `scales` are factors and offsets of the links to its inputs, which give factor·v + offset for a
     value v of their source. A `listener` hears what the FMU logs with another status than OK;
-    `warned` counts the steps that it has answered with Warning; `spent` (1,) [s], None unless it is
-    asked for before the first step, sums up what steps take in the C library.
+    `warned` counts the steps that it has answered with Warning.
 
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
@@ -80,7 +79,6 @@ class Instance:
         self._told_name = name + suffix
         self._messages = Messages(listener, self._told_name)
         self.warned = WarnedSteps()
-        self.spent: np.ndarray | None = None
         self.time = self._start = 0.0
         self._broken = self._initialised = False
         self.scales = InputScales()

@@ -198,7 +198,6 @@ class RawOperation(ctypes.Structure):
         ("in_rows", c_int32),
         ("unchecked", c_int32),
         ("warned", c_void_p),
-        ("spent", c_void_p),
     ]
 
 
@@ -313,7 +312,6 @@ def _translation(operation: Operation) -> Translated:
             raw = _call(DO_STEP, instance.raw(operation.function))
             raw.start, raw.length, raw.own = start, length, own
             raw.warned = ctypes.addressof(instance.warned)
-            raw.spent = None if instance.spent is None else _address(instance.spent)
         case op.Save(instance) | op.Restore(instance):
             kind = SAVE if isinstance(operation, op.Save) else RESTORE
             raw = _call(kind, instance.raw(operation.function))

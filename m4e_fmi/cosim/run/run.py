@@ -13,8 +13,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import cast
 
-import numpy as np
-
 from m4e_fmi.cosim.error.estimator import ErrorEstimator, error_estimator, without_rollback
 from m4e_fmi.cosim.error.report import CouplingErrorReport, certificate
 from m4e_fmi.cosim.monitoring.instability import Instability
@@ -28,7 +26,7 @@ from m4e_fmi.cosim.network.interruption import (
     setting_up,
     stepping,
 )
-from m4e_fmi.cosim.network.loading import PYTHON, Binary, binaries
+from m4e_fmi.cosim.network.loading import Binary, binaries
 from m4e_fmi.cosim.network.network import Change, Network
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Memory, Saved, State
@@ -43,7 +41,6 @@ from m4e_fmi.cosim.stepping.algorithm import (
 )
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.stepping.time_events import NEXT_EVENT_TIME
-from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.simulation import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
@@ -149,9 +146,6 @@ class Run:
             instance = Instance(name, description, loaded[name], listener, suffix=suffix)
             if not second and (worker := loaded[name].worker):
                 worker.notice = self.journal.notice
-            if isinstance(component.source, Kind) and component.source.name == "python":
-                is_code = (loaded[name].files.folder / PYTHON).is_file()  # not made a program
-                instance.spent = np.zeros(1) if is_code else None
             stack.enter_context(instance).setup(
                 start=self.simulation.start_time,
                 stop=self.simulation.last_time,

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from m4e_fmi.cosim.error.report import CouplingErrorReport
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
-from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
 from m4e_fmi.cosim.results.writer import ResultsWriter
@@ -33,8 +32,6 @@ from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
 MOST_NAMED = 3
 """Outputs of a component that are named in one note."""
-SHORT = 1.0
-"""Wall time [s] of a run up to which nobody asks what takes it."""
 LONG = 5.0
 """Seconds of wall time that a run takes, from which on the estimate after it is told."""
 
@@ -321,25 +318,12 @@ def _last_outcome(run: Run, wall_time: float, given: Path) -> Outcome:
     """The outcome of a run that has ended well; warnings that it has only now are given."""
     outcome, results = _outcome(run), run.results
     run.options.warn_of(outcome.warnings[len(run.warnings) :])
-    late = (*(results.notes if results else ()), *slow_code(run.network, wall_time))
     return replace(
         outcome,
         path=as_given(stream_of(given), results.path) if results else None,
         wall_time=wall_time,
-        notes=(*outcome.notes, *late),
+        notes=(*outcome.notes, *(results.notes if results else ())),
     )
-
-
-def slow_code(network: Network, wall_time: float) -> list[str]:
-    """A note of a component of Python code that takes most of a run of `wall_time` [s]."""
-    taken = ((i.name, float(i.spent[0])) for i in network.instances.values() if i.spent is not None)
-    return [
-        f"steps of {name} took {spent / wall_time:.0%} of the run's {wall_time:.3g} s: its Python "
-        "code is not recorded; `rates` and `calculate` of plain `math`, without NumPy, are, and "
-        "run many times faster"
-        for name, spent in taken
-        if wall_time > SHORT and spent > wall_time / 2
-    ]
 
 
 def _time(run: Run) -> str:

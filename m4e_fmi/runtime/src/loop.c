@@ -148,13 +148,6 @@ static int step(const m4e_operation *o, double t, double h) {
     return f(o->component, t + o->start * h, whole ? o->own : length, 1);
 }
 
-static int timed_step(const m4e_operation *o, double t, double h) {
-    const double begun = m4e_seconds();
-    const int status = step(o, t, h);
-    *o->spent += m4e_seconds() - begun;
-    return status;
-}
-
 static int is_due(const m4e_operation *o, double end) {
     return (llround(end * SECOND) - o->origin) % o->period == 0;
 }
@@ -169,7 +162,7 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_SET: return ((set_real *)f)(o->component, o->references, o->count, values);
     case M4E_SET_DERIVATIVES:
         return ((set_derivatives *)f)(o->component, o->references, o->count, o->orders, values);
-    case M4E_DO_STEP: return o->spent ? timed_step(o, t, h) : step(o, t, h);
+    case M4E_DO_STEP: return step(o, t, h);
     case M4E_BEGIN_STEP: step(o, t, h); return 0; /* the status comes when the step is awaited */
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);

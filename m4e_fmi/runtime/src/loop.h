@@ -56,7 +56,6 @@ typedef struct {
     int32_t in_rows;   /* performed only in steps that end at a row of results */
     int32_t unchecked; /* values that are got or chosen may be nan or infinite */
     m4e_warned *warned; /* of a step; NULL of all else */
-    double *spent; /* seconds that steps have taken so far; NULL where nobody asks */
 } m4e_operation;
 
 /* Seconds of a clock that nobody sets. */

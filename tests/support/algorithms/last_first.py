@@ -34,7 +34,6 @@ ALGORITHM = AlgorithmDescriptor(
     summary="all components step at once, the last first",
     order=LastFirst.order,
     link_delay=LinkDelay.ONE_STEP,
-    solves_loops=False,
     needs_rollback=False,
     stability=0,
     make=LastFirst,

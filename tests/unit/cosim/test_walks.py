@@ -179,7 +179,7 @@ def test_a_step_size_passes_the_files_that_the_docs_name(folder: Path) -> None:
                 ways.add_edge(file(caller), file(frame))
 
     stepped(folder, "corrector", seen, lambda _: None)
-    first, last = "m4e_fmi/cosim/system_file.py", "m4e_fmi/cosim/network/schedule.py"
+    first, last = "m4e_fmi/files/document.py", "m4e_fmi/cosim/network/schedule.py"
     names = documented(STEP_TITLE)
     assert list(nx.all_shortest_paths(ways, first, last)) == [names]
     assert len(names) <= 4

@@ -11,6 +11,7 @@ import pytest
 from m4e_fmi.cli import main
 from m4e_fmi.coupling_algorithms import (
     DEFAULT_ALGORITHM,
+    LinkDelay,
     algorithm_descriptor,
     algorithm_names,
 )
@@ -59,7 +60,9 @@ def table() -> str:
         "|---|---|---|---|---|---|",
     ]
     for one in map(algorithm_descriptor, algorithm_names()):
-        loops = "within steps too" if one.solves_loops else "at communication points"
+        loops = "at communication points"
+        if one.link_delay is LinkDelay.SOLVED:
+            loops = "within steps too"
         rollback = "all must be able to go back" if one.needs_rollback else "any"
         lines.append(
             f"| `{one.name}` | {one.summary} | {one.order} | {one.link_delay.value} | {loops} "
