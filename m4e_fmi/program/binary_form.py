@@ -149,9 +149,15 @@ def _checked_counts(data: bytes) -> tuple[int, ...]:
 def decode(data: bytes) -> tuple[Program, list[Entry]]:
     """The program, and the entries of its Jacobian as nodes of its tape ([] if it has none).
 
-    Raises InputError where the bytes are not a program, or damaged: their checksum is wrong. Bytes
-    with a right one are taken as they are.
+    Raises InputError where the bytes are not a program, or damaged.
     """
+    try:
+        return _decoded(data)
+    except (ValueError, LookupError, StopIteration) as error:  # the checksum is right: forged
+        raise InputError.single("is damaged: its checksum is not of this content") from error
+
+
+def _decoded(data: bytes) -> tuple[Program, list[Entry]]:
     n_x, n_u, n_p, n_y, n_c, nodes, literals, entries, text_size = _checked_counts(data)
     stream, count = BytesIO(data[_HEADER.size :]), n_p + n_u + n_x + n_y + n_c
 

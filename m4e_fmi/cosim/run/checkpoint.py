@@ -191,7 +191,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
     """
     try:
         return Checkpoint(path, decode(Saved, _content(path)))
-    except UnpicklingError as error:
+    except (UnpicklingError, EOFError, TypeError, ValueError, LookupError) as error:
         raise InputError.single(f"is damaged: {error}", _REMEDY, str(path)) from error
 
 
