@@ -92,6 +92,8 @@ measured is below that of bends."""
 MATTERS, LARGE = 3.0, 100.0
 """Fourth difference at bends over the known error: above the first they may lower the order a bit,
 and others like them may make more; above the second they may make most of the error."""
+RARE = 8
+"""Least number of steps for each jump, if jumps are few."""
 MANY = 64
 """Steps with kinks after which a course stands for others like them."""
 FOURFOLD = 4.0
@@ -284,7 +286,7 @@ class ErrorEstimator(Restorable):
         limit = np.maximum(ROUGHER * state.watched, self._roughness.gate)
         is_rough = bool((self._roughness.largest > limit).any())
         if stretch.kinks and not is_rough:
-            kinks, _ = stretch.kinks_of(np.concatenate(stretch.values))
+            kinks, _ = stretch.kinks_of(np.concatenate(stretch.values), 0.0)
             is_rough = bool((kinks > ROUGHER * state.kinks).any())
         state.met *= not is_rough  # they may be of another kind
         if not (state.course or state.steps <= state.until or is_rough):
@@ -319,7 +321,7 @@ class ErrorEstimator(Restorable):
         state, run, values = self.state, stretch.times, np.concatenate(stretch.values)
         state.watched = np.maximum(state.watched, self._roughness.largest)
         noise = np.maximum(NOISE * np.abs(values).max(axis=0), self._least)
-        kinks, jumps = (np.where(one > noise, one, 0.0) for one in stretch.kinks_of(values))
+        kinks, jumps = stretch.kinks_of(values, noise)
         state.kinks = np.maximum(state.kinks, kinks)
         state.jumps = np.maximum(state.jumps, np.where(self._sampled, 0.0, jumps))
         state.switched |= stretch.switched
@@ -423,10 +425,16 @@ class ErrorEstimator(Restorable):
         return course, SPENT if most < len(times) - 1 else ""
 
     def _coarser(self, times: np.ndarray, stretch: Stretch) -> np.ndarray:
-        """Times (m,) [ns] of steps of twice the length of those along `times` (n,) [ns]."""
+        """Times (m,) [ns] of steps of twice the length of those along `times` (n,) [ns].
+
+        One begins with each step of the run in which a source jumps, if these are few: otherwise
+        both may meet a jump at the same point, later than the solution does.
+        """
         if self._whole:
             return times[::2]
         due = [times[(times - one.origin) % one.period == 0] for one in self._points]
+        leaps = stretch.times[stretch.leaping]
+        due += [leaps] if RARE * len(leaps) < len(times) else []
         met = np.concatenate([np.array([*stretch.changes], dtype=np.int64), *due])
         return doubled_steps(times, stretch.jumps, met)
 

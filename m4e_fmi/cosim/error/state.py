@@ -25,7 +25,8 @@ class Stretch:
     These are arrays (n, n_sources), in the outputs' units; `runs` are sizes [ns] and numbers of
     equal steps. `jumps` are the times to which a jump has led that was not within a step; it has
     `switched` where one was. `kinks` are the indices of steps that are suddenly rough, `changes`
-    the values set at some times, `steps` is the number of steps so far, and `end` that of the run
+    the values set at some times, `leaping` (k,) the indices of steps in which sources jump, once
+    they are looked for; `steps` is the number of steps so far, and `end` that of the run
     up to which the stretch goes. `start` stays None beside a second set of FMUs.
     """
 
@@ -37,6 +38,7 @@ class Stretch:
     jumps: list[int] = field(default_factory=list)
     kinks: list[np.ndarray] = field(default_factory=list)
     changes: dict[int, list[Change]] = field(default_factory=dict)
+    leaping: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
     steps: int = 0
     switched: bool = False
 
@@ -55,10 +57,13 @@ class Stretch:
         self.last += size * steps
         self.steps += steps
 
-    def kinks_of(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def kinks_of(
+        self, values: np.ndarray, noise: np.ndarray | float
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Largest fourth differences (n_sources,) at kinks, in the sources' units; largest jumps.
 
         `values` (n, n_sources) are its own, in the same units; jumps (n_sources,) are kinks, too.
+        What is below the `noise` (n_sources,) is 0. Steps with jumps are noted as `leaping`.
         """
         count = len(values)
         found = np.zeros((count + len(OF_A_JUMP), values.shape[1]))
@@ -68,8 +73,11 @@ class Stretch:
         rows = found[at[:, None] + np.arange(len(OF_A_JUMP))]
         whole = OF_A_JUMP @ OF_A_JUMP
         sizes = np.abs(np.tensordot(OF_A_JUMP, rows, axes=(0, 1))) / whole
-        jumps = np.where(whole * sizes**2 > ALIKE * (rows**2).sum(axis=1), sizes, 0.0)
-        return np.abs(rows).max(axis=(0, 1), initial=0.0), jumps.max(axis=0, initial=0.0)
+        is_jump = (whole * sizes**2 > ALIKE * (rows**2).sum(axis=1)) & (sizes > noise)
+        self.leaping = at[is_jump.any(axis=1)] - 1
+        kinks = np.abs(rows).max(axis=(0, 1), initial=0.0)
+        jumps = np.where(is_jump, sizes, 0.0).max(axis=0, initial=0.0)
+        return np.where(kinks > noise, kinks, 0.0), jumps
 
     @property
     def times(self) -> np.ndarray:
