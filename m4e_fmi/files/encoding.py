@@ -1,8 +1,8 @@
 """Values as bytes, and back: dataclasses, arrays, containers, numbers.
 
 They are pickled, but nothing in a file names code: only dataclasses of the requested package and
-plain values are decoded; anything else is refused. That a value is the one that was written, its
-file has to say: nothing else is checked here. An object that occurs twice is decoded once.
+plain values are decoded; anything else is refused. Nothing else is checked here: a file needs a
+checksum. An object that occurs twice is decoded once.
 """
 
 from __future__ import annotations
@@ -32,9 +32,13 @@ def encode(value: object) -> bytes:
 def decode(kind: type[_Made], content: bytes) -> _Made:
     """The value of a class, of what `encode` has made of it.
 
-    UnpicklingError where other code is named than dataclasses of the package of the class.
+    UnpicklingError where it is of another class, or other code is named than dataclasses of the
+    package of the class; other errors of pickle where `encode` has not made the content.
     """
-    return _Unpickler(io.BytesIO(content), kind.__module__.partition(".")[0]).load()
+    found = _Unpickler(io.BytesIO(content), kind.__module__.partition(".")[0]).load()
+    if not isinstance(found, kind):
+        raise UnpicklingError(f"it is {type(found).__name__}")
+    return found
 
 
 class _Pickler(pickle.Pickler):

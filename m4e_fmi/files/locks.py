@@ -207,16 +207,17 @@ class TemporaryFolder:
 
 def _remove(folder: Path, lock: Lock, process: int) -> None:
     if process == os.getpid():  # else it is that of the process that this one was forked from
-        shutil.rmtree(folder, ignore_errors=True)
-        lock.release()
+        with held():
+            shutil.rmtree(folder, ignore_errors=True)
+            lock.release()
 
 
 @cache
 def _remove_dead(parent: Path) -> None:
     """Remove the folders of dead processes, once."""
-    with suppress(OSError):
-        found = [path for path in parent.glob(f"{PREFIX}*") if _OWNED.match(path.name)]
-        for folder in {path.with_suffix("") for path in found}:
+    found = [path for path in parent.glob(f"{PREFIX}*") if _OWNED.match(path.name)]
+    for folder in {path.with_suffix("") for path in found}:
+        with suppress(OSError):
             lock = Lock.take(folder.with_suffix(".lock"), sure=True)
             if lock:
                 shutil.rmtree(folder, ignore_errors=True)

@@ -153,7 +153,7 @@ def decode(data: bytes) -> tuple[Program, list[Entry]]:
     """
     try:
         return _decoded(data)
-    except (ValueError, LookupError, StopIteration) as error:  # the checksum is right: forged
+    except (ValueError, LookupError, RuntimeError) as error:  # the checksum is right: forged
         raise InputError.single("is damaged: its checksum is not of this content") from error
 
 
@@ -183,6 +183,8 @@ def _decoded(data: bytes) -> tuple[Program, list[Entry]]:
         )
     names = [[v.name for v in groups[g]] for g in ("states", "inputs", "parameters")]
     tape = _tape(operation, a, b, values, names)
+    if max((root for group in roots for root in group), default=-1) >= nodes:
+        raise ValueError("results are no nodes")
     program = Program(
         name=pieces[0],
         description=pieces[1],

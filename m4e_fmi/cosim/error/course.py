@@ -12,11 +12,11 @@ from m4e_fmi.cosim.network.network import TWICE
 
 EQUAL = 8
 """Parts of a course of equal times, which show how its errors grow and fall."""
-DOUBLE, FASTER = 1.8, 3.0
+DOUBLE, FASTER = 1.8, 2.2
 """Growth from one half to the other from which on errors are taken to go on growing, and to grow
 faster than with the time."""
-LEAST, MOST = 0.05, 1.0
-"""Bounds of the exponent: where errors grow faster than with the time, a course goes on."""
+LEAST, MOST = 0.05, np.log2(FASTER)
+"""Bounds of the exponent: a window whose errors grow FASTER goes on, while they are the largest."""
 
 
 @dataclass(frozen=True)

@@ -327,7 +327,8 @@ class ErrorEstimator(Restorable):
         state.switched |= stretch.switched
         state.met += sum(map(len, stretch.kinks))
         found, why = self._best(stretch, run, values)
-        state.widen(values)
+        if found.end > run[0]:
+            state.widen(values[run <= found.end])
         if why:
             state.lost = state.lost or (found.end, why)
         state.course = found
@@ -344,8 +345,8 @@ class ErrorEstimator(Restorable):
         """A course along a stretch, as `_follow`: in steps of half the length if longer ones fail.
 
         Where errors are large, it may be longer steps alone that grow without bound: they go on if
-        half the step says the same, or would not come to where they are. It begins with the
-        stretch: of a course that is older, errors within the range are not doubted.
+        half the step says the same, or would not come to where they are. Steps of half the length
+        begin with the stretch: a course that is older is doubted only beyond the range.
         """
         state = self.state
         course, point = state.course or self._new(stretch, state.lengths[0]), state.point

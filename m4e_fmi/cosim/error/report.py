@@ -82,9 +82,9 @@ class CouplingError:
     """The largest error over the range of one connection, and the output that has it.
 
     `halved` is what half the step would give. Both are shares [1] of `span`, the range in `unit`.
-    An output is `switched` if its error is LARGE, and it is of a component that is one of the
-    `switching`, and changes by more than its error within one step. It then switches a step earlier
-    or later than it should, which says nothing of other outputs.
+    An output is `switched` if its error is LARGE, its component is one of the `switching`, and it
+    changes by more than its error within one step. It then switches a step earlier or later than it
+    should, which says nothing of other outputs.
     """
 
     connection: str

@@ -1,4 +1,4 @@
-"""Objects that return to an earlier state of theirs: one snapshot and one restore for all."""
+"""Objects that go back to a state that they had: one snapshot and one restore for all."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Restorable:
     """Base of objects whose state are the attributes that `restored` names.
 
     Arrays are restored in place, because operations may hold their addresses: their shapes stay.
-    All values have a form in `files.encoding`, so that a checkpoint can have the snapshot.
+    All values have a form in `files.encoding`: snapshots are written to checkpoints.
     """
 
     restored: ClassVar[tuple[str, ...]] = ()
@@ -34,7 +34,7 @@ class Restorable:
             present = getattr(self, name)
             if isinstance(present, Restorable):
                 present.restore(value)
-            elif isinstance(present, np.ndarray):
+            elif isinstance(present, np.ndarray) and isinstance(value, np.ndarray):
                 present[...] = value
             else:
                 setattr(self, name, deepcopy(value))

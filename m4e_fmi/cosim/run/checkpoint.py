@@ -7,7 +7,7 @@
     the bytes of a `Saved` (see `encoding`)
 
 A file appears whole or not at all, and one that is cut off or altered is refused. The checksum
-tells damage, and no forgery: what has the right one is taken as it is. The states in it go to the
+tells damage, but no forgery. The states in it go to the
 FMUs, so that a checkpoint is to be trusted as they are; but it names no code that would be run.
 """
 
@@ -191,7 +191,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
     """
     try:
         return Checkpoint(path, decode(Saved, _content(path)))
-    except (UnpicklingError, EOFError, TypeError, ValueError, LookupError) as error:
+    except (UnpicklingError, EOFError, AttributeError, TypeError, ValueError, LookupError) as error:
         raise InputError.single(f"is damaged: {error}", _REMEDY, str(path)) from error
 
 

@@ -255,10 +255,12 @@ class Run:
             )
 
     def _stated(self) -> float | None:
-        """The largest coupling error up to the present point, over the range, if it is known."""
+        """The largest coupling error up to the present point, over the range, if all is known."""
         found = self.certificate()
-        known = isinstance(found, CouplingErrorReport) and found.errors
-        return known[0].error if known else None
+        if not isinstance(found, CouplingErrorReport) or not found.errors:
+            return None
+        lost = found.coverage and found.coverage.lost
+        return None if lost else found.errors[0].error
 
     @property
     def rejected(self) -> int:

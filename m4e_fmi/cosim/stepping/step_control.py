@@ -126,7 +126,8 @@ class StepControl(Restorable):
         attempt = self._scale.with_values(np.abs(end) + np.abs(change))
         self._reached = np.maximum(self._reached, attempt)
         enough = np.maximum(scale, np.minimum(self._reached, self._most_reached))
-        ratios = changes / np.where(enough > 0.0, self._tolerance * enough, 1.0)
+        allowed = self._tolerance * enough  # 0 also of a value that is next to nothing
+        ratios = changes / np.where(allowed > 0.0, allowed, 1.0)
         error = float(ratios.max(initial=0.0))
         factor = MOST if error == 0.0 else SAFETY * error ** (-1 / self._order)
         missed, smallest = error > 1.0, size <= self._smallest

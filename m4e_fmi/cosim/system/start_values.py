@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from numbers import Integral, Real
@@ -14,6 +13,7 @@ from m4e_fmi.cosim.system.component import Component, ModelFile
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.type_rules import range_of_type
 from m4e_fmi.joints import QUATERNION
 from m4e_fmi.joints.joint_type import angles_of_attitudes, no_attitudes, with_quaternions
 from m4e_fmi.units import Quantity, parse_quantity, parse_unit
@@ -28,7 +28,6 @@ _TYPES: dict[str, type | tuple[type, ...]] = {
     "String": str,
     "Binary": str,
 }
-_SIZED = re.compile(r"(U?)Int(\d+)")
 
 
 def start_values(component: Component, description: Description) -> dict[str, Value]:
@@ -181,10 +180,8 @@ def _plain(given: object) -> object:
 
 def _check_range(variable: Variable, given: Value) -> None:
     """ValueError for a value that the type cannot hold."""
-    sized = _SIZED.fullmatch(variable.fmi_type)
-    if sized and isinstance(given, int):
-        bits = int(sized[2])
-        low, high = (0, 2**bits - 1) if sized[1] else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    if variable.type == "Integer" and isinstance(given, int):
+        low, high = range_of_type(variable)
         if not low <= given <= high:
             raise ValueError(f"it is of type {variable.fmi_type}: {low} to {high}")
     if variable.type == "Binary" and isinstance(given, str):

@@ -106,6 +106,8 @@ class Unpacked:
             self._temporary = TemporaryFolder(_plain_folder())
         except OSError as error:
             remedy = "free disk space, or set TMPDIR to another folder"
+            if error.errno == errno.EMFILE:
+                remedy = "each FMU file needs an open file: raise their number (ulimit -n)"
             raise RunError(f"{fmu}: no folder to unpack it into: {error}", remedy) from error
         self.folder = self._temporary.path
         try:

@@ -89,7 +89,7 @@ def bounds(give: Variable, take: Variable) -> tuple[int, int]:
     both = is_large(give), is_large(take)
     if both == (True, True):
         return _CELL
-    low, high = _range(take)
+    low, high = range_of_type(take)
     return max(low, 0 if True in both else low), min(high, _CELL[1])
 
 
@@ -98,7 +98,8 @@ def is_large(variable: Variable) -> bool:
     return variable.fmi_type == "UInt64"
 
 
-def _range(variable: Variable) -> tuple[int, int]:
+def range_of_type(variable: Variable) -> tuple[int, int]:
+    """The smallest and the largest whole number of a type (32 bits in FMI 2.0), or of its items."""
     if variable.items:
         return min(variable.items.values()), max(variable.items.values())
     sized = _SIZED.fullmatch(variable.fmi_type)

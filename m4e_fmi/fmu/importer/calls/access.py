@@ -51,7 +51,7 @@ def runtime_function(name: str) -> int:
     """The address of a function of the C library; RunError where there is no such library."""
     found = library()
     if found is None:
-        message = "FMUs of FMI 3.0, and values of other types than Real, need the C library"
+        message = "values of FMUs are set and read by the C library, which is missing"
         raise RunError(message, "`m4e-fmi doctor` tells why there is none")
     return address_of(getattr(found, name))
 

@@ -1,7 +1,7 @@
 """One instance of an FMU, whatever its version of FMI is; functions have the names of FMI 2.0.
 
-`call` answers with the status, `do` raises where that is more than a warning. Validation has each
-call written into a journal before it is made. Value references are the keys of `elements`.
+`call` answers with the status, `do` raises where that is more than a warning; validation has both
+write a journal before the call. Value references are the keys of `elements`.
 """
 
 from __future__ import annotations

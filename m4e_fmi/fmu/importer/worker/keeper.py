@@ -1,4 +1,4 @@
-"""Program beside a master that starts its workers, reports how they end, and clears up behind them.
+"""Program beside a master: it starts workers, reports how they end, and clears up behind them.
 
 It runs no code of any FMU itself. Requests to start a worker come as lines of JSON on the standard
 input (what `_serve` needs). What happens goes to the standard output in the same way: the number of
