@@ -173,6 +173,56 @@ def test_ringing_after_a_burst(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, sto
     assert true / 2 < stated < 5 * true
 
 
+@pytest.mark.parametrize("late", [0.4, 1.4])
+def test_a_switch_is_seen_wherever_it_is_in_the_longer_step(c_fmu: Fmus, late: float) -> None:
+    """In the second half of a step of twice the length, both runs would meet it at its end."""
+    step = 0.005
+    switch = {"switched": (16 + late) * step, "switch_factor": 2.5}
+    system = made(
+        c_fmu,
+        [{"coupling": 0.0}, {"coupling": 2.0, **switch}],
+        [0.5, -0.3],
+        Simulation(40 * step, step, "jacobi"),
+    )
+    true, stated, _ = system.true_and_stated()
+    assert true < stated < 10 * true
+
+
+@pytest.mark.verifies(
+    "coupling error stated where a motion leaves an unstable rest beyond its first window: true"
+    " error over it",
+    independent="one set of equations, DOP853, tolerance 1e-13",
+    tolerance="0.5 to 1.5",
+)
+def test_errors_that_grow_quickly_are_followed(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(estimator, "FIRST", 128)
+    system = made(
+        c_fmu,
+        [{"coupling": 0.0, "stiffness": -1.0, "cubic": 1.0}, {"coupling": 0.2}],
+        [1e-4, 0.0],
+        Simulation(30.0, 0.02, "gauss_seidel"),
+    )
+    true, stated, _ = system.true_and_stated()
+    assert 0.5 < true / stated < 1.5
+
+
+def test_a_run_that_diverges_is_not_called_accurate(c_fmu: Fmus) -> None:
+    """The steps that may be made again are spent before it has grown."""
+    system = made(
+        c_fmu,
+        [{"coupling": 0.0, "stiffness": 10.0}, {"coupling": 20.0, "stiffness": 10.0}],
+        [0.1, 0.0],
+        Simulation(200.0, 0.02, "jacobi"),
+    ).system
+    certificate = run(system).certificate
+    assert isinstance(certificate, CouplingErrorReport)
+    assert certificate.coverage
+    assert certificate.coverage.lost
+    assert certificate.errors[0].error > 0.1
+
+
 def test_kinks_of_fmus_that_make_one_size_of_step_only(c_fmu: Fmus) -> None:
     """Nothing tells their errors but steps of twice the length, all of which these can make."""
     system = made(

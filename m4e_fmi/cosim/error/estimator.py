@@ -261,6 +261,7 @@ class ErrorEstimator(Restorable):
         stretch.extend(steps, size)
         if within:
             stretch.switched = True
+            stretch.leaping = np.append(stretch.leaping, stretch.steps - 1)
         elif jumped:
             stretch.jumps.append(stretch.last)
         stretch.values.append(self._values[row : row + steps].copy())
@@ -428,14 +429,15 @@ class ErrorEstimator(Restorable):
     def _coarser(self, times: np.ndarray, stretch: Stretch) -> np.ndarray:
         """Times (m,) [ns] of steps of twice the length of those along `times` (n,) [ns].
 
-        One begins with each step of the run in which a source jumps, if these are few: otherwise
+        One begins with each step of the run within which a value jumps, if these are few: otherwise
         both may meet a jump at the same point, later than the solution does.
         """
         if self._whole:
             return times[::2]
         due = [times[(times - one.origin) % one.period == 0] for one in self._points]
-        leaps = stretch.times[stretch.leaping]
-        due += [leaps] if RARE * len(leaps) < len(times) else []
+        leaping = np.unique(stretch.leaping)
+        leaping = leaping[np.diff(leaping, prepend=-2) > 1]  # the first of several
+        due += [stretch.times[leaping]] if RARE * len(leaping) < len(times) else []
         met = np.concatenate([np.array([*stretch.changes], dtype=np.int64), *due])
         return doubled_steps(times, stretch.jumps, met)
 

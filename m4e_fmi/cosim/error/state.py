@@ -25,8 +25,8 @@ class Stretch:
     These are arrays (n, n_sources), in the outputs' units; `runs` are sizes [ns] and numbers of
     equal steps. `jumps` are the times to which a jump has led that was not within a step; it has
     `switched` where one was. `kinks` are the indices of steps that are suddenly rough, `changes`
-    the values set at some times, `leaping` (k,) the indices of steps in which sources jump, once
-    they are looked for; `steps` is the number of steps so far, and `end` that of the run
+    the values set at some times, `leaping` (k,) the indices of steps within which values jump
+    (more after `kinks_of`); `steps` is the number of steps so far, and `end` that of the run
     up to which the stretch goes. `start` stays None beside a second set of FMUs.
     """
 
@@ -63,7 +63,8 @@ class Stretch:
         """Largest fourth differences (n_sources,) at kinks, in the sources' units; largest jumps.
 
         `values` (n, n_sources) are its own, in the same units; jumps (n_sources,) are kinks, too.
-        What is below the `noise` (n_sources,) is 0. Steps with jumps are noted as `leaping`.
+        What is below the `noise` (n_sources,), in these units, is 0. Steps with jumps are noted as
+        `leaping`.
         """
         count = len(values)
         found = np.zeros((count + len(OF_A_JUMP), values.shape[1]))
@@ -74,7 +75,7 @@ class Stretch:
         whole = OF_A_JUMP @ OF_A_JUMP
         sizes = np.abs(np.tensordot(OF_A_JUMP, rows, axes=(0, 1))) / whole
         is_jump = (whole * sizes**2 > ALIKE * (rows**2).sum(axis=1)) & (sizes > noise)
-        self.leaping = at[is_jump.any(axis=1)] - 1
+        self.leaping = np.append(self.leaping, at[is_jump.any(axis=1)] - 1)
         kinks = np.abs(rows).max(axis=(0, 1), initial=0.0)
         jumps = np.where(is_jump, sizes, 0.0).max(axis=0, initial=0.0)
         return np.where(kinks > noise, kinks, 0.0), jumps

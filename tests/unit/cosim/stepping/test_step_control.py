@@ -64,3 +64,9 @@ def test_an_attempt_gone_astray_counts_up_to_a_share_of_the_nominal_value() -> N
     at_rest = np.array([0.0])
     assert not one.accepts(np.array([1.01 * bound]), at_rest, 0, one.size)
     assert one.accepts(np.array([0.99 * bound]), at_rest, 0, one.size)
+
+
+def test_a_value_next_to_nothing_has_no_error() -> None:
+    """Its product with the tolerance is 0."""
+    next_to_nothing = np.array([5e-324])
+    assert control(0.0).accepts(next_to_nothing, next_to_nothing, 0, LARGEST)

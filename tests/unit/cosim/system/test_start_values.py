@@ -62,6 +62,7 @@ def test_values_that_are_taken(kind: str, given: Any, taken: Any) -> None:
         (-math.inf, 0.0, "Real", 1.0, r"the FMU's range is 0 s or less \(made for 9 s\)"),
         (-math.inf, math.inf, "Integer", np.float64(9), "it is of type"),
         (-math.inf, math.inf, "Integer", np.bool_(True), "it is of type"),
+        (-math.inf, math.inf, "Integer", 2**40, "-2147483648 to 2147483647"),
         (-math.inf, math.inf, "Real", np.bool_(True), "it is of type"),
         (-math.inf, math.inf, "Real", np.float32("nan"), "finite"),
         (-math.inf, math.inf, "Real", Fraction(10**400), "finite"),
