@@ -17,15 +17,18 @@ window an error may go on growing: see `throughout`.
 *stretches* of steps. One that is twice as rough as all that was repeated is repeated, too, as is
 one with kinks twice as rough as all kinks there; its errors count for that stretch alone.
 
+**A trajectory goes on** beside the run as long as its errors are among the largest and grow: in a
+window FASTER than with the time, elsewhere, and where kinks matter, if they double in the second
+half of its way.
+
 **The order** of `corrector` is measured in the first window, by steps of four times the length:
 see `_measure`. Otherwise it is the algorithm's.
 
 **Kinks** that no FMU announces lower the order where they are: bends (a contact) to the second,
 and jumps (a switch) to the first. Orders are taken rather too low, and those of kinks for all
-errors where kinks matter: see `SMOOTH`. What kinks change remains, so that a trajectory with kinks
-goes on beside the run from where it was, as long as its errors are among the largest and double in
-the second half of its way, or if few kinks were met that are rough beside the known error, so that
-others like them may make larger ones.
+errors where kinks matter: see `SMOOTH`. A trajectory goes on, too, if few kinks were met that are
+rough beside the known error, so that others like them may make larger ones. Where a value jumps
+within a step, a longer one begins with it: it acts a step later there.
 
 **A second set** of the FMUs makes the second trajectory where they cannot go back, or step less
 often than the system without being sampled (then these steps, too, are twice as long). It covers
