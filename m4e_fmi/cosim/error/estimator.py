@@ -75,7 +75,7 @@ from m4e_fmi.signals import Terminated
 
 FIRST, SHARE = 2048, 16
 """Steps of the first window, and of a stretch at most; octaves over windows after it."""
-PIECES = 32
+PIECES = 8
 """Pieces of a stretch, which show where errors become large."""
 MOST, FEW = 0.6, 20
 """Steps that are made again at most, over those of the run; and of the shortest runs."""
@@ -474,7 +474,7 @@ class ErrorEstimator(Restorable):
         state, parts = self.state, self._seen[: max(2, len(self._seen) // 4)]
         if self._promised < 3 or stretch.start is None or stretch.jumps or len(parts) < 2:
             return
-        if parts[0][0][0] != course.begin:
+        if parts[0][0][0] != course.begin or not course.differences.any():
             return
         times = np.concatenate([parts[0][0], *(one[1:] for one, _, _ in parts[1:])])
         twice = np.concatenate([parts[0][1], *(one[1:] for _, one, _ in parts[1:])])

@@ -12,6 +12,7 @@ from collections.abc import Collection, Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from functools import cache
 from typing import NoReturn
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -296,12 +297,18 @@ Translated = tuple[RawOperation, tuple[np.ndarray, ...]]
 """An operation for the C library, and what of it nothing else holds."""
 
 
+_known: WeakKeyDictionary[Operation, Translated] = WeakKeyDictionary()
+
+
 def _translated(operation: Operation) -> Translated:
-    raw, held = _translation(operation)
-    due = getattr(operation, "due", None)
-    if due:
-        raw.origin, raw.period = due.origin, due.period
-    return raw, held
+    """The same for the same operation, which may be in many lists, and many times in one."""
+    found = _known.get(operation)
+    if found is None:
+        found = _known[operation] = _translation(operation)
+        due = getattr(operation, "due", None)
+        if due:
+            found[0].origin, found[0].period = due.origin, due.period
+    return found
 
 
 def _translation(operation: Operation) -> Translated:
