@@ -336,7 +336,10 @@ class ErrorEstimator(Restorable):
         if why:
             state.lost = state.lost or (found.end, why)
         state.course = found
-        if why or self._is_complete(found):
+        if why:
+            state.end()
+            self._leave(values)
+        elif self._is_complete(found):
             state.end()
         elif not self._beside:
             state.point = self._network.keep()
@@ -344,6 +347,13 @@ class ErrorEstimator(Restorable):
             self._measure(found, stretch, run, values)
         self._roughness.gate[self._sources] = np.maximum(noise, SMALL * self._known())
         return why
+
+    def _leave(self, values: np.ndarray) -> None:
+        """Take errors to have grown with the ranges along `values` (n, n_sources) not repeated."""
+        state, before = self.state, self.spans()
+        state.widen(values)
+        factor = np.where(before > 0.0, over(self.spans(), before), 1.0)
+        state.ended = tuple(replace(e, differences=e.differences * factor) for e in state.ended)
 
     def _best(self, stretch: Stretch, run: np.ndarray, values: np.ndarray) -> tuple[Course, str]:
         """A course along a stretch, as `_follow`: in steps of half the length if longer ones fail.

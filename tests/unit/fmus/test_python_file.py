@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import random
-import re
 import sys
 from collections import defaultdict, deque, namedtuple
 from pathlib import Path
@@ -284,14 +283,3 @@ def test_a_connector_may_have_any_name() -> None:
         found.path.end.y  # noqa: B018
     with pytest.raises(TypeError, match=r"write v.path.x, not v\['x'\]"):
         found.path["x"]
-
-
-def test_a_run_tells_that_code_takes_most_of_it(tmp_path: Path) -> None:
-    """Fifty steps of 20 ms, beside whatever else a run takes."""
-    wait = "import time; time.sleep(0.02); self.past"
-    code = DELAY.replace("self.past.append(v.u)", wait)
-    path = system(tmp_path, "slow: {kind: python, file: slow.py}", 1.0, 0.02, slow=code)
-    path.write_text(path.read_text().replace("0.02}", "0.02, algorithm: jacobi}"))
-    notes = run(prepare(load_system(path)), results=tmp_path / "r.nc").notes
-    told = [re.search(r"steps of slow took (\d+)%.*many times faster", note) for note in notes]
-    assert any(int(found[1]) > 50 for found in told if found)
