@@ -185,7 +185,6 @@ def _warn_of_start(system: System, program: Program, options: argparse.Namespace
 def _simulate_to(
     output: Path, animation: Path | None, source: _Source, options: argparse.Namespace
 ) -> None:
-    from m4e_fmi.analysis.rest_notes import limits_left
     from m4e_fmi.program import Program
     from m4e_fmi.report import (
         report_of_run,
@@ -193,6 +192,7 @@ def _simulate_to(
         simulation_summary,
         write_simulation,
     )
+    from m4e_fmi.simulate.limits import limits_left
 
     tell_event(_plan(source, output, options))
     result = _simulated(output, source, options)

@@ -8,7 +8,7 @@ from m4e_fmi.analysis.points import Floats, OperatingPoint
 from m4e_fmi.analysis.response.linear_equations import LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.waves import Complex, InWaves
-from m4e_fmi.analysis.rest_notes import limited, limits_of
+from m4e_fmi.simulate.limits import limited, limits_of
 
 SIGNIFICANT = 2.0
 """Amplitude of a sea's response that counts, over its standard deviation."""

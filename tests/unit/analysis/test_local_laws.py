@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from m4e_fmi.analysis import equilibrium, linearize, modes, trimmed
-from m4e_fmi.analysis.rest_notes import growth, limits_left, rest_notes
+from m4e_fmi.analysis.rest_notes import growth, rest_notes
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Connection, Program, Recorder, Variable, compose
 from m4e_fmi.report import linear_json, linear_text
 from m4e_fmi.simulate import simulate
+from m4e_fmi.simulate.limits import limits_left
 
 Law = Callable[[float], tuple[float, float]]
 """Force [N] and its slope [N/m] at a place [m]."""

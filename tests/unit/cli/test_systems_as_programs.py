@@ -62,7 +62,7 @@ def system(here: Path) -> str:
 def test_a_simulation_warns_of_outputs_beyond_their_limits(
     system: str, said: Said, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("m4e_fmi.analysis.rest_notes.limits_left", lambda _: ["it is outside"])
+    monkeypatch.setattr("m4e_fmi.simulate.limits.limits_left", lambda _: ["it is outside"])
     text = said("simulate", system, "--stop-time", "0.1", "--no-plot")
     assert "warning: it is outside" in text
 
