@@ -76,8 +76,7 @@ def trimmed(
     if len(varied) != len(targets):
         message = f"{len(targets)} values are given, {len(varied)} parameters may vary"
         problems.append(Problem(f"{program.name}: {message}", "name one parameter for each value"))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     search = _Search(program, [v.name for v in targets], wanted, vary, nearest=nearest)
     start = operating_point(program, at, time=time, model=model)
     limits = [(v.minimum, v.maximum) for v in varied]

@@ -226,6 +226,5 @@ def _renamings(texts: Sequence[str]) -> dict[str, str]:
             problems.append(Problem(f"--rename {text}: expected OLD=NEW", "as --rename m=mass"))
         elif found.setdefault(old, new) != new:
             problems.append(Problem(f"--rename gives {old!r} two names: {found[old]!r}, {new!r}"))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return found

@@ -51,11 +51,9 @@ class Model(Displayed):
             if not isinstance(given := getattr(self, group), Mapping)
             for remedy in [f"write {group}={{'name': …}}"]
         ]
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
         problems = [self._problem(finding) for finding in findings(self)]
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
         self.place_warnings(self._problem)
 
     @property

@@ -54,8 +54,7 @@ def started(
         Problem(f"{owner}.e0 to e3 are all 0, which is no attitude", _angles_instead(owner))
         for owner in no_attitudes({v.name: v.start for v in result.states})
     ]
-    if wrong:
-        raise InputError(wrong)
+    InputError.raise_for(wrong)
     return result
 
 
@@ -68,8 +67,7 @@ def _numbers(units: Mapping[str, str], values: Mapping[str, float | str]) -> dic
             numbers[name] = number_in(units[name], value)
         except ValueError as error:
             wrong.append(Problem(f"start value {value!r} of {name} is wrong", str(error)))
-    if wrong:
-        raise InputError(wrong)
+    InputError.raise_for(wrong)
     bad = [f"{name} = {value}" for name, value in numbers.items() if not np.isfinite(value)]
     if bad:
         raise InputError.single(f"start values must be finite numbers: {', '.join(bad)}")

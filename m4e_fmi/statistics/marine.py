@@ -74,8 +74,7 @@ def check_probabilities(probability: Floats) -> None:
     elif (total := float(probability.sum())) > 1.0 + SUM_ROUNDING:
         remedy = "give probabilities, not hours or percent"
         wrong.append(Problem(f"the probabilities add up to {total:.6g}, more than 1", remedy))
-    if wrong:
-        raise InputError(wrong)
+    InputError.raise_for(wrong)
 
 
 def wave_power(

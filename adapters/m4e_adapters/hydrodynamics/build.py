@@ -175,8 +175,7 @@ def program_of(
         progress(f"warning: {text}")
     centers = dict(zip(coefficients.bodies, map(tuple, coefficients.centers.tolist()), strict=True))
     drift, problems = drifts_and_problems(config, folder, centers=centers, water=water)
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return hydrodynamics_program(
         coefficients,
         name=name,
@@ -210,8 +209,7 @@ def frequency_table(
     """
     waves = _systems(config, folder)
     table, problems = table_and_problems(config, hulls, waves=waves, highest=highest)
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return table
 
 
@@ -240,8 +238,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
     if moving_hulls(hulls):
         omega, wrong = table_and_problems(config, hulls, waves=waves)
         problems += wrong
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     still = without_flow(hulls, water=config.water, omega=omega, wave_direction=_direction(config))
     still = replace(still, excited_by=config.loads.excitation)
     return program_of(config, still, name="hydrodynamics", folder=folder, progress=_silent)

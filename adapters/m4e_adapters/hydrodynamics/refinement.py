@@ -196,8 +196,7 @@ def similar_hulls(
             for name, body in bodies.items()
         ]
         hulls, problems = sliding_hulls(hulls, bodies)
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
         meshes.append(hulls)
     return meshes
 

@@ -66,8 +66,7 @@ def _sea(config: MooringConfig, folder: Path, depth: float, gravity: float) -> S
             config.current, depth=depth, dimensions=config.dimensions
         )
     ]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     waves = wave_systems(config.systems, depth=depth, gravity=gravity, folder=folder)
     if not config.moves_water:
         return None

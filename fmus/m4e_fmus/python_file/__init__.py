@@ -101,8 +101,7 @@ def _check_ends(paths: list[Path]) -> None:
         for path in paths
         for line, name in ends_of_process(_source(path))
     ]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
 
 
 def _input_error(text: str, path: Path) -> InputError:

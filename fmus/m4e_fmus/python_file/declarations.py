@@ -143,8 +143,7 @@ def declared(user: UserClass, path: Path, lines: Lines) -> Variables:
         for method in METHODS
         for w in _calls(user, method)
     ]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return found
 
 

@@ -98,8 +98,7 @@ def _check(
         wrong.append(Problem(f"time_shift is {shift:g} s, expected a finite number"))
     if start is not None and stop is not None and not start < stop:
         wrong.append(Problem(f"start_time {start:g} s is not before stop_time {stop:g} s"))
-    if wrong:
-        raise InputError(wrong)
+    InputError.raise_for(wrong)
 
 
 def _since(a: ComparedFile, b: ComparedFile) -> ComparedFile:

@@ -103,8 +103,7 @@ def matched(
     problems = [_without(name, reference) for name in variables or () if name not in found]
     if not problems and not any(name in found for name in wanted):
         problems = [_nothing(one, reference)]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return _in_units(
         [
             (one.quantities[n], reference.quantities[found[n].name], found[n], notes.get(n))
@@ -181,8 +180,7 @@ def _in_units(
         found.append(
             Pair(variable, reference, unit, factor * column.factor, column.offset, tuple(notes))
         )
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return found
 
 

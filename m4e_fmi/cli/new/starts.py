@@ -118,8 +118,7 @@ def _run(options: argparse.Namespace) -> None:
     folder, name = options.folder, options.name
     kind = KINDS[options.kind]
     problems = [*_wrong_name(name, is_code=kind.is_code)]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     files = {
         template: folder / target.replace("NAME", name)
         for template, target in (kind.files | kind.beside).items()
@@ -128,8 +127,7 @@ def _run(options: argparse.Namespace) -> None:
         files = {template: files[template] for template in kind.files}
     texts = {path: _filled(template, name) for template, path in files.items()}
     problems = [*_occupied(folder, texts)]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     for path, text in texts.items():
         _write(path, text)
     print_files(texts)

@@ -153,6 +153,5 @@ def _mapping(given: Sequence[str], file: Path | None) -> dict[str, str]:
         for column, count in counts.items()
         if count > 1 and column
     ]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return dict(found)

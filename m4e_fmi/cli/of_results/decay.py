@@ -91,5 +91,4 @@ def _check(options: argparse.Namespace) -> None:
         for name in ("mass", "stiffness")
         if getattr(options, name) < 0.0
     ]
-    if wrong:
-        raise InputError(wrong)
+    InputError.raise_for(wrong)

@@ -160,8 +160,7 @@ def pairs(flag: str, given: Sequence[Sequence[str]]) -> dict[str, float | str]:
         for name, count in counts.items()
         if count > 1
     ]
-    if twice:
-        raise InputError(twice)
+    InputError.raise_for(twice)
     return {name: _scalar(text) for name, text in given}
 
 

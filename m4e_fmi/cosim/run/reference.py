@@ -86,8 +86,7 @@ def reference(outcome: Outcome, program: Program) -> Reference:
     problems = reference_problems(system)
     if not isinstance(report, CouplingErrorReport):
         problems.append(Problem(f"{system.name}: no coupling errors are stated: {report}"))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     assert isinstance(report, CouplingErrorReport)
     results, times = outcome.results(), system.simulation
     solution = simulate(

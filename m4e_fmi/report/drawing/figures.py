@@ -79,8 +79,7 @@ def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
         for name in variables
         if name in series and series[name].recorded.is_text
     ]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return by_unit({name: series[name] for name in variables})
 
 

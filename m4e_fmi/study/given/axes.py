@@ -203,8 +203,7 @@ def _sampled(given: SampleSection, document: Document) -> Axis:
         message = f"count {given.count} is no power of 2: the points of sobol are not balanced"
         remedy = f"take {2 ** (given.count.bit_length() - 1)} or {2 ** given.count.bit_length()}"
         problems.append(document.problem(("sample", "count", "@value"), message, remedy))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     kinds = {"latin_hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}
     shares = kinds[given.method](len(spreads), rng=given.seed).random(given.count)
     columns = [

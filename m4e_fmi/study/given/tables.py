@@ -42,8 +42,7 @@ def table(
         for k, weight in enumerate(columns[:, -1].tolist())
         if weight < 0.0
     ]
-    if wrong:
-        raise InputError(wrong)
+    InputError.raise_for(wrong)
     shares = tuple(_shares(columns[:, -1], path).tolist())
     return tuple(map(tuple, columns[:, :-1].tolist())), shares, units
 
@@ -66,16 +65,14 @@ def scatter(
         except ValueError:
             message = f"the first row has {head!r}, expected a value of {given.columns}"
             problems.append(Problem(message, "write numbers behind the first entry", str(path), 1))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     read = read_columns(path, [(0, None), *((place, "1") for place in range(1, len(heads)))])
     values = np.array(read.values).T
     wrong = [
         read.problem(int(k), "an entry is below 0")
         for k in np.flatnonzero((values[:, 1:] < 0.0).any(axis=1))
     ]
-    if wrong:
-        raise InputError(wrong)
+    InputError.raise_for(wrong)
     shares, counted = _shares(values[:, 1:], path), float(values[:, 1:].sum())
     covered = ""
     if given.total is not None:

@@ -41,8 +41,7 @@ def read_bemio(path: Path) -> FileData:
                 parts.append(_body(tree, k, (len(omega), len(directions), SIX * count)))
             except InputError as error:
                 problems += error.problems
-        if problems:
-            raise InputError(problems)
+        InputError.raise_for(problems)
         return _assembled(tree, omega, directions, parts)
 
 

@@ -56,13 +56,11 @@ def read_wamit(path: Path) -> FileData:
     """The data of the three files of which `path` is one; InputError with all their problems."""
     problems: list[Problem] = []
     found = {suffix: _rows(path.with_suffix(suffix), suffix, problems) for suffix in SUFFIXES}
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     radiation = _radiation(found[".1"], problems)
     excitation = _excitation(found[".3"], problems)
     restoring = _restoring(found[".hst"], problems)
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return _assembled(path, found, radiation, excitation, restoring)
 
 

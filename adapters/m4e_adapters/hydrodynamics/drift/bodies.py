@@ -74,8 +74,7 @@ def matched_drifts(
             found[name] = matched(own.table, systems, heading=heading.angle, turns=turns, tell=tell)
         except InputError as error:
             problems += _placed(error, name)
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return found
 
 

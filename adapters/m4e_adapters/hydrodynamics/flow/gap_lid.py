@@ -74,8 +74,7 @@ def damped_lid(lids: Sequence[GapLid], hulls: Sequence[Hull]) -> DampedLid | Non
             remedy = "give the middle, length and width of the gap: center_x, center_y, ..."
             problems.append(Problem(text, remedy, keys=("gap_lids", k)))
         found.append((free, lid.damping))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     panels = joined(*(part for part, _ in found))
     rates = np.repeat([rate for _, rate in found], [len(part.faces) for part, _ in found])
     return DampedLid(panels, rates)

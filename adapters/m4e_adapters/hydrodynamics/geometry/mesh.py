@@ -92,8 +92,7 @@ def make_hulls(
 ) -> tuple[Hull, ...]:
     """The hulls of all bodies in the order of the file; InputError with all problems."""
     hulls, problems = hulls_and_problems(config, folder, progress=progress)
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return tuple(hulls)
 
 

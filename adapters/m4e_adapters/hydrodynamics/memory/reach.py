@@ -79,8 +79,7 @@ def check_counts(data: Coefficients, reach: Reach) -> None:
         key, remedy = _more_frequencies(data.omega, resolved)
         remedy = f"use more panels for it, or {remedy}" if panels else remedy
         problems.append(Problem(text, remedy, keys=("frequencies", key)))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
 
 
 def _more_frequencies(omega: np.ndarray, end: float) -> tuple[str, str]:

@@ -44,8 +44,7 @@ def closed_hulls(config: HullPressureConfig, folder: Path) -> Bodies:
             text += f"{-config.water.depth:.4g} m"
             keys = ("bodies", name, "shape", body.shape.kind)
             problems.append(Problem(text, "give more water.depth, or less draft", keys=keys))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return hulls
 
 

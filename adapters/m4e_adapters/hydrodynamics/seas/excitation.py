@@ -138,8 +138,7 @@ def towards_each(
         text = "the heading follows the yaw, but the coefficients are for single wave directions"
         remedy = "remove heading_filter, or compute the excitation for directions all around"
         problems.append(Problem(text, remedy, keys=("heading_filter",)))
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return found
 
 

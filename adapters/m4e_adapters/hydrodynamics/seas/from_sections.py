@@ -88,8 +88,7 @@ def wave_systems(
             found.append(_system(section, common, folder, band))
         except InputError as error:
             problems += error.problems
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     return tuple(found)
 
 

@@ -68,8 +68,7 @@ def union_of(name: str, shape: Shape, center: Place, folder: Path, *, whole: boo
             solids.append(_solid(name, part, center, folder, keys, whole))
         except InputError as error:
             problems += [replace(p, keys=p.keys or keys) for p in error.problems]
-    if problems:
-        raise InputError(problems)
+    InputError.raise_for(problems)
     for k, part in enumerate(shape.parts):
         others = _together(solids[:k] + solids[k + 1 :])
         if (solids[k] - others).volume() < NOTHING * solids[k].volume():
