@@ -41,7 +41,7 @@ them. In a second set it is taken where values may be set in every step. It cost
 much.
 
 **No more than `MOST`** of the number of the run's steps is made again. What that leaves out, the
-coverage says.
+coverage says; errors are taken to grow with the ranges there.
 """
 
 from __future__ import annotations
