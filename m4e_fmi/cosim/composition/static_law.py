@@ -12,9 +12,7 @@ import numpy as np
 
 from m4e_fmi.cosim.network.instance import Instance
 from m4e_fmi.cosim.network.interruption import quiet, setting_up
-from m4e_fmi.cosim.network.operations import Get
-from m4e_fmi.cosim.network.schedule import Schedule
-from m4e_fmi.cosim.preparation.trial_instances import Instances, stepped
+from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.messages import Listener
 from m4e_fmi.fmu.importer.reading import Variable
@@ -86,24 +84,18 @@ class AtRest:
             quiet(),
             self._new.instance(inputs, suffix="", listener=listener) as instance,
         ):
-            names, view = tuple(v.name for v in self.outputs), np.zeros(len(self.outputs))
-            schedule = Schedule([Get(instance, names, view)] if names else [])
-
-            def read() -> np.ndarray:
-                schedule.run(instance.time)
-                return view.copy()
-
-            rows, count = [read()], BRIEF if brief else STEPS
+            subject = Subject(instance, [v.name for v in self.outputs], ())
+            rows, count = [subject.read()], BRIEF if brief else STEPS
             while True:
                 try:
                     while len(rows) <= count:
-                        stepped(instance, self._new.step)
-                        rows.append(read())
+                        subject.step(self._new.step)
+                        rows.append(subject.read())
                 except RunError as error:
                     how = f"while {instance.name} was brought to rest, its inputs held"
                     remedy = f"{error.remedy}; or keep it open (--open {instance.name})"
                     raise RunError(f"{how}: {error.message}", remedy) from error
-                seen = np.array(rows)
+                seen = np.array(rows, dtype=float)
                 limits = TOLERANCE * self.sizes(seen[-1])
                 if (np.ptp(seen, axis=0) <= limits).all():
                     return Rest(seen[0])

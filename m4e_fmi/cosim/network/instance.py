@@ -275,9 +275,9 @@ class Instance:
         return self.rollback.directional_derivative(of[output], of[known])
 
     @not_lost()
-    def value(self, name: str) -> Value:
-        """The present value of a variable in its own type; an item of an enumeration by number."""
-        return self._fmu.value(name)
+    def values(self, names: Sequence[str]) -> list[Value]:
+        """The present values of variables in their types; an item of an enumeration by number."""
+        return self._fmu.values(names)
 
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""

@@ -303,7 +303,7 @@ class Network:
         cell = self.discrete.known(port)
         if cell is not None:
             return self.discrete.value(port, cell)
-        return self.instances[port.component].value(port.variable)
+        return self.instances[port.component].values([port.variable])[0]
 
     def known(self, port: Port) -> int | None:
         """Place in `values` of the present value of an output; None if only its FMU has it.

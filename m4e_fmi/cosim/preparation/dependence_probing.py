@@ -24,7 +24,6 @@ from itertools import product
 
 import networkx as nx
 
-from m4e_fmi.cosim.network.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, Trials, driven_inputs
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
@@ -131,9 +130,8 @@ def _probe(
         failure = "its FMU allows one instance only, so that it is not probed"
         return Dependencies({}, {}, failure if outputs else "")
     try:
-        with setting_up():
-            late = _late(new, (*outputs, *others), driven)
-            needs = _moved_inputs(new, outputs, inputs) if outputs else {}
+        late = _late(new, (*outputs, *others), driven)
+        needs = _moved_inputs(new, outputs, inputs) if outputs else {}
     except RunError as error:
         return Dependencies({}, {}, f"probing it failed: {error.message}" if outputs else "")
     late -= {name for name, found in needs.items() if found}

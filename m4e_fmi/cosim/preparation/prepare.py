@@ -15,6 +15,7 @@ from zipfile import ZipFile
 
 import fmpy
 
+from m4e_fmi.cosim.network.interruption import setting_up
 from m4e_fmi.cosim.network.schedule import loop_library
 from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
@@ -81,9 +82,11 @@ def prepare(
         rates = pace(paced, descriptions)
         InputError.raise_for(scenario_problems(paced, descriptions, wiring))
         apart, missing = available(system, hosts(system, descriptions))
-        descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
-        descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
-        descriptions, refused = without_refused(paced, descriptions, wiring, apart)
+        descriptions = with_stated(system, descriptions)
+        with setting_up():
+            descriptions, found = probed(paced, descriptions, wiring, apart)
+            descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
+            descriptions, refused = without_refused(paced, descriptions, wiring, apart)
         wiring, late = broken(descriptions, wiring, rates)
         structure = analyse(descriptions, wiring)
         warnings = (

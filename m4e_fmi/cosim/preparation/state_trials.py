@@ -22,14 +22,12 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from m4e_fmi.cosim.network.interruption import setting_up
 from m4e_fmi.cosim.network.loading import PYTHON
 from m4e_fmi.cosim.preparation.trial_instances import (
     Instances,
     Subject,
     Trials,
     driven_inputs,
-    stepped,
 )
 from m4e_fmi.cosim.system.component import FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import Value
@@ -105,12 +103,12 @@ def _order(new: Instances, description: Description, inputs: Sequence[str]) -> i
     reals = [name for name in inputs if description.variables[name].type == REAL]
     for most in range(description.input_order, -1, -1):
         try:
-            with setting_up(), new.instance() as instance, not_lost():
+            with new.instance() as instance, not_lost():
                 for order, name in product(range(1, most + 1), reals):
                     status = instance.set_derivative(name, order, 0.0)
                     if status := status or instance.flush():  # those that warn ignore it
                         instance.fail(status, "fmi2SetRealInputDerivatives")
-                stepped(instance, new.step)
+                Subject(instance, (), ()).step(new.step)
         except RunError:
             continue
         return most
@@ -195,7 +193,7 @@ def _fault_of_bytes(new: Instances, description: Description) -> str:
     """
     outputs = [v.name for v in description.of_causality("output") if v.type in TYPES]
     try:
-        with setting_up(), new.instance() as instance:
+        with new.instance() as instance:
             subject = Subject(instance, outputs, ())
             for _ in range(BEFORE):
                 subject.step(new.step)
@@ -209,7 +207,7 @@ def _fault_of_bytes(new: Instances, description: Description) -> str:
     except RunError:
         return ""
     try:
-        with setting_up(), new.instance() as instance:
+        with new.instance() as instance:
             instance.rollback.deserialize(instance.slot(), state)
             instance.restore_state(time)
             beginning = trajectory(Subject(instance, outputs, ()), HELD, new.step)
@@ -227,7 +225,7 @@ def _trajectories(
 
     _FaultError if there is no return, RunError if steps cannot be made.
     """
-    with setting_up(), new.instance() as instance:
+    with new.instance() as instance:
         subject = Subject(instance, outputs, inputs)
         if moves:
             subject.set(subject.moved_together())

@@ -39,14 +39,6 @@ def driven_inputs(wiring: Wiring) -> dict[str, tuple[str, ...]]:
     return {name: tuple(sorted(inputs)) for name, inputs in found.items()}
 
 
-def stepped(instance: Instance, size: float) -> None:
-    """Make a step of `size` [s]; RunError as the methods of an instance."""
-    status, _ = Schedule([DoStep(instance)]).executor.perform(instance.time, size, 0)
-    if status:
-        instance.fail(status, DoStep.function, size)
-    instance.time += size
-
-
 Answer = TypeVar("Answer")
 
 
@@ -130,14 +122,14 @@ class Subject:
     """An instance under probe: its outputs, and its inputs with the sizes they are moved by."""
 
     def __init__(self, instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> None:
-        self._instance = instance
+        self._instance, self._step = instance, Schedule([DoStep(instance)]).executor
         self.outputs, self.inputs = outputs, inputs
-        self.start = [instance.value(name) for name in inputs]
+        self.start = instance.values(inputs)
         self._known = [instance.description.variables[name] for name in inputs]
 
     def read(self) -> list[Value]:
         """The outputs."""
-        return [self._instance.value(name) for name in self.outputs]
+        return self._instance.values(self.outputs)
 
     def set(self, values: Sequence[Value]) -> None:
         """All inputs."""
@@ -150,8 +142,11 @@ class Subject:
 
     @not_lost()
     def step(self, size: float) -> None:
-        """A step of `size` [s]."""
-        stepped(self._instance, size)
+        """Make a step of `size` [s]; RunError as the methods of an instance."""
+        status, _ = self._step.perform(self._instance.time, size, 0)
+        if status:
+            self._instance.fail(status, DoStep.function, size)
+        self._instance.time += size
 
     def moved_together(self, sign: float = 1.0) -> list[Value]:
         """All inputs moved from their start, each by another share of its size."""

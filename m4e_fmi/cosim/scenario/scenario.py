@@ -254,7 +254,7 @@ class Scenario:
         return asked is not None and asked.compare(self._read(str(asked.port)), asked.value)
 
     def _value(self, port: Port) -> Value:
-        return self._instances[port.component].value(port.variable)
+        return self._instances[port.component].values([port.variable])[0]
 
     def _note(self) -> None:
         self.cells[:] = [action.active for action in self._actions]

@@ -7,10 +7,14 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import os
 import re
+import shutil
 import tempfile
 from collections.abc import Generator
 from contextlib import contextmanager
+from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import BinaryIO
 
@@ -30,6 +34,7 @@ from m4e_fmi.files.archives import ERRORS, opened_archive
 from m4e_fmi.files.file_kinds import FMU, check_suffix
 from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.files.xml_text import check_size, check_xml
+from m4e_fmi.signals import held
 
 MODEL_DESCRIPTION = "modelDescription.xml"
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
@@ -95,6 +100,15 @@ def opened(path: Path, content: str) -> Generator[BinaryIO, None, None]:
         yield file
 
 
+_numbers = count()
+
+
+@cache
+def _folder_of(process: int, parent: Path) -> TemporaryFolder:  # noqa: ARG001  one each
+    """The folder in `parent` into which a process unpacks its FMUs."""
+    return TemporaryFolder(parent)
+
+
 class Unpacked:
     """The content of an FMU in a folder of its own, until `remove` or the interpreter's end.
 
@@ -102,14 +116,14 @@ class Unpacked:
     """
 
     def __init__(self, fmu: Path, content: str = "") -> None:
+        self._process = os.getpid()
         try:
-            self._temporary = TemporaryFolder(_plain_folder())
+            above = _folder_of(self._process, _plain_folder()).path
+            self.folder = above / str(next(_numbers))
+            self.folder.mkdir(parents=True)  # somebody may have cleaned up
         except OSError as error:
             remedy = "free disk space, or set TMPDIR to another folder"
-            if error.errno == errno.EMFILE:
-                remedy = "each FMU file needs an open file: raise their number (ulimit -n)"
             raise RunError(f"{fmu}: no folder to unpack it into: {error}", remedy) from error
-        self.folder = self._temporary.path
         try:
             with opened(fmu, content) as file:
                 fmpy.extract(file, self.folder)
@@ -121,8 +135,10 @@ class Unpacked:
             raise _cannot_unpack(fmu, error) from error
 
     def remove(self) -> None:
-        """Remove the folder."""
-        self._temporary.remove()
+        """Remove the folder, but not from a process that was forked meanwhile."""
+        if self._process == os.getpid():
+            with held():
+                shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def _cannot_unpack(fmu: Path, error: Exception) -> M4eError:

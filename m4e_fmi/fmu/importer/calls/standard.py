@@ -232,15 +232,18 @@ class Standard(ABC):
         """Do what values need before they are read."""
         return 0
 
-    def value(self, name: str) -> Value:
-        """The present value of a variable; an item of an enumeration by number."""
+    def values(self, names: Sequence[str]) -> list[Value]:
+        """The present values of variables; an item of an enumeration by number."""
+        if not names:
+            return []
         self.check(self.ready(), "fmi2ExitInitializationMode")
-        access, cells = self.access([name]), np.zeros(1, dtype=np.int64)
+        access, cells = self.access(names), np.zeros(len(names), dtype=np.int64)
         self.check(access.get(cells), access.function(sets=False))
-        variable = self._variables[name]
-        if variable.type == "Real":
-            return float(cells.view(np.float64)[0])
-        return value_in(int(cells[0]), variable, self._texts)
+        reals = cells.view(np.float64)
+        return [
+            float(reals[k]) if v.type == "Real" else value_in(int(cells[k]), v, self._texts)
+            for k, v in enumerate(self.variables(names))
+        ]
 
     def text(self, variable: Variable) -> str:
         """The present value of a String, empty if it cannot be had."""

@@ -92,7 +92,7 @@ ENDS = {  # what is called at the end of a run, and what is said if SIGTERM come
     "cosim.results.writer:write_netcdf": KEPT,
     "cosim.run.running:_last_outcome": NOT_YET,
     "cosim.run.running:export": NOT_YET,
-    "files.locks:_remove": "the results are complete in r.csv (11 rows)",
+    "fmu.importer.opening:shutil.rmtree": "the results are complete in r.csv (11 rows)",
 }
 
 
