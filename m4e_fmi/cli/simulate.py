@@ -186,12 +186,7 @@ def _simulate_to(
     output: Path, animation: Path | None, source: _Source, options: argparse.Namespace
 ) -> None:
     from m4e_fmi.program import Program
-    from m4e_fmi.report import (
-        report_of_run,
-        simulation_numbers,
-        simulation_summary,
-        write_simulation,
-    )
+    from m4e_fmi.report import simulation_numbers, simulation_summary, write_simulation
     from m4e_fmi.simulate.limits import limits_left
 
     tell_event(_plan(source, output, options))
@@ -207,6 +202,8 @@ def _simulate_to(
     sys.stdout.flush()  # pictures take a second, within which a signal may end it
     _picture(result, files[0], output, animation, source, options)
     if report := report_file(options, source.name):
+        from m4e_fmi.report import report_of_run
+
         print_files([report_of_run(files[0], report, printed=summary, command=options.given)])
 
 
@@ -252,12 +249,15 @@ def _picture(
 ) -> None:
     """Draw and animate the results in `file`, as far as asked for."""
     from m4e_fmi.program import Program
-    from m4e_fmi.report import animate, animate_run, plot_simulation
 
     if not options.no_plot:
+        from m4e_fmi.report import plot_simulation
+
         picture = output.with_suffix(".png")
         print_files([plot_simulation(result, picture, variables=options.variables)])
     if animation:
+        from m4e_fmi.report import animate, animate_run
+
         model = source.equations
         whole = isinstance(model, Program)
         made = animate_run(file, animation) if whole else animate(model, result, animation)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import re
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
-from packaging.requirements import Requirement
-
 import m4e_fmi
 from m4e_fmi.report.run_report.record import LONGEST, InputFile
+
+_NAME = re.compile(r"[\w.-]+")
+"""The name that a requirement begins with; `packaging` would be most of a short command's time."""
 
 
 @cache
@@ -25,10 +27,10 @@ def versions() -> dict[str, str]:
     }
     with suppress(PackageNotFoundError):  # a source tree that is not installed
         for text in requires("m4e_fmi") or ():
-            needed = Requirement(text)
-            if needed.marker is None or needed.marker.evaluate({"extra": ""}):
+            name, extra = _NAME.match(text), "extra ==" in text
+            if name and not extra:
                 with suppress(PackageNotFoundError):
-                    found[needed.name] = version(needed.name)
+                    found[name[0]] = version(name[0])
     return found
 
 
