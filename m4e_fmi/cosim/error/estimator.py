@@ -57,6 +57,7 @@ from m4e_fmi.cosim.error.roughness import Roughness
 from m4e_fmi.cosim.error.state import EstimateState, Stretch
 from m4e_fmi.cosim.error.trajectory import (
     Trajectory,
+    between_jumps,
     differences,
     doubled_steps,
     halved_steps,
@@ -83,8 +84,9 @@ ROUGHER = 2.0
 """Times as rough as all that was repeated, from which on a stretch is repeated too."""
 NOISE = 8e-14
 """Share of the largest value up to which a fourth difference may be rounding."""
-LEAST = 1e-15
-"""Share of an output's nominal value up to which a difference may be rounding."""
+ROUNDING, LEAST = 1e-14, 1e-15
+"""Shares of an output's largest value, and of its nominal value, up to which a difference may be
+rounding."""
 SMALL = 0.1
 """Share of the known error up to which fourth differences are ignored."""
 SMOOTH, BEND, JUMP = 2.25, 1.5, 1.0
@@ -418,6 +420,8 @@ class ErrorEstimator(Restorable):
             return course, "most steps end at jumps"
         most = min(len(times) - 1, int(self._most) - state.repeated)
         count, self._seen = -(-most // PIECES), []
+        noise = np.maximum(self._least, ROUNDING * np.abs(values).max(axis=0))
+        smooth, bounds, begin = between_jumps(run), state.bounds, 0
         try:
             if point:
                 self._network.restore(point)
@@ -426,10 +430,14 @@ class ErrorEstimator(Restorable):
                 again = trajectory.along(part, jumps, stretch.changes)
                 part = part[: len(again)]
                 state.repeated += len(part) - 1
-                found = differences(run, values, part, again, self._least)
-                course = course.further(found, int(part[-1]), length_of_others(part, run))
-                known = np.concatenate((state.bounds, values[run <= part[-1]]))
-                so_far = self._spans(np.ptp(known, axis=0))
+                end = int(np.searchsorted(run, part[-1], side="right"))
+                here = slice(int(np.searchsorted(run, part[0])), end)
+                found = differences(run[here], values[here], part, again, smooth[here])
+                found = np.where(found <= noise, 0.0, found)
+                course = course.further(found, int(part[-1]), length_of_others(part, run[here]))
+                known = np.concatenate((bounds, values[begin:end]))
+                bounds, begin = np.array([known.min(axis=0), known.max(axis=0)]), end
+                so_far = self._spans(np.ptp(bounds, axis=0))
                 share = float(over(course.errors(self._order), so_far).max(initial=0.0))
                 self._seen.append((part, again, share))
                 if share > limit:

@@ -21,9 +21,6 @@ from m4e_fmi.cosim.stepping.algorithm import BLOCK, Algorithm, Scheduled, Undoin
 from m4e_fmi.cosim.stepping.time_events import NEVER, in_nanoseconds
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 
-ROUNDING = 1e-14
-"""Share of the largest value up to which a difference may be rounding."""
-
 
 class Trajectory:
     """Steps of `network`, from where it is, by an algorithm that `make` makes anew.
@@ -155,27 +152,35 @@ def halved_steps(times: np.ndarray, jumps: Iterable[int]) -> np.ndarray:
 
 def length_of_others(times: np.ndarray, run: np.ndarray) -> int:
     """Length [ns] of all steps along `times` (n,) [ns] that are not steps of `run` (m,) [ns]."""
-    met = np.isin(times, run)
-    same = met[:-1] & met[1:] & (np.diff(np.searchsorted(run, times)) == 1)
+    places, met = _places(times, run)
+    same = met[:-1] & met[1:] & (np.diff(places) == 1)
     return int(np.diff(times)[~same].sum())
 
 
+def between_jumps(times: np.ndarray) -> np.ndarray:
+    """Mask (n,) of `times` (n,) [ns]: False at both ends of steps of one nanosecond.
+
+    These lead over jumps, which may be elsewhere in another run.
+    """
+    smooth, jumps = np.ones(len(times), dtype=bool), np.flatnonzero(np.diff(times) == 1)
+    smooth[jumps] = smooth[jumps + 1] = False
+    return smooth
+
+
 def differences(
-    times: np.ndarray,
-    values: np.ndarray,
-    others: np.ndarray,
-    again: np.ndarray,
-    least: np.ndarray,
+    times: np.ndarray, values: np.ndarray, others: np.ndarray, again: np.ndarray, smooth: np.ndarray
 ) -> np.ndarray:
     """Magnitudes (m, n_sources), in the sources' units, of differences at the times of both runs.
 
     `values` (n, n_sources) are at `times` (n,) [ns], `again` (k, n_sources) at `others` (k,) [ns];
-    all are in the sources' units. Differences that may be rounding are 0, as are those up to
-    `least` (n_sources,), in the same units. Both sides of a jump that takes one nanosecond are left
-    out: the other run's may be elsewhere.
+    all are in the sources' units. Times that are not `smooth` (n,) are left out.
     """
-    both, jumps = np.isin(times, others), np.flatnonzero(np.diff(times) == 1)
-    both[jumps] = both[jumps + 1] = False
-    found = np.abs(values[both] - again[np.searchsorted(others, times[both])])
-    noise = np.maximum(least, ROUNDING * np.abs(values).max(axis=0))
-    return np.where(found <= noise, 0.0, found)
+    places, met = _places(times, others)
+    both = smooth & met
+    return np.abs(values[both] - again[places[both]])
+
+
+def _places(times: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places (n,) of `times` (n,) among `others` (m,), all [ns] and in order; if they are there."""
+    places = np.searchsorted(others, times)
+    return places, others.take(places, mode="clip") == times
