@@ -154,13 +154,13 @@ def _temporary() -> Iterator[_Finding]:
 
 def _plugins() -> Iterator[_Finding]:
     for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
-        yield _Finding(f"FMU kind {point.name}", *_importable(point.value))
+        yield _Finding(f"FMU kind {point.name}", *_importable(point.module))
     for point in sorted(entry_points(group=ADAPTER_GROUP), key=lambda p: p.name):
-        ok, detail = _importable(point.value)
+        ok, detail = _importable(point.module)
         if not ok:
             yield _Finding(f"adapter {point.name}", ok, detail)
             continue
-        for what, good, text in importlib.import_module(point.value).requirements():
+        for what, good, text in importlib.import_module(point.module).requirements():
             yield _Finding(f"{point.name}: {what}", good, text)
 
 

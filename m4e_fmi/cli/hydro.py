@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.log import count, print_files, show
@@ -24,9 +23,8 @@ if TYPE_CHECKING:
     from m4e_fmi.analysis.hydrodynamic_data import HydrodynamicData
     from m4e_fmi.cosim import System
     from m4e_fmi.files.document import Section
+    from m4e_fmi.fmu.kind import FmuKind, Function
 
-DATA, CONFIG, REFINE = "hydrodynamic_data", "config_of_file", "refine"
-"""Functions of a kind with coefficients: docs/adapters.md."""
 SYSTEMS = (*YAML_SUFFIXES, ".json", ".ssp")
 
 
@@ -101,22 +99,21 @@ def _of_file(options: argparse.Namespace) -> HydrodynamicData:
     if options.component:
         raise InputError.single("--component is of a system, not of a file of coefficients")
     notes: list[str] = []
-    module = _kinds()[0]
-    config = module.config_of_file(options.source, progress=notes.append, depth=options.depth)
+    read, coefficients = _reader()
+    config = read(options.source, progress=notes.append, depth=options.depth)
     folder, name = options.source.parent, options.source.stem
-    data = module.hydrodynamic_data(config, name=name, folder=folder, progress=count)
+    data = coefficients(config, name=name, folder=folder, progress=count)
     return replace(data, notes=(*notes, *data.notes))
 
 
-def _kinds() -> list[ModuleType]:
-    """The kinds that read files of coefficients."""
-    from m4e_fmi.cosim.system.component import kind_module, kinds
+def _reader() -> tuple[Function, Function]:
+    """The functions of the kind that reads files of coefficients."""
+    from m4e_fmi.cosim.system.component import kind_of, kinds
 
-    modules = [kind_module(name) for name in sorted(kinds())]
-    found = [module for module in modules if hasattr(module, CONFIG)]
-    if not found:
-        raise InputError.single("no kind of FMU that is installed reads coefficients")
-    return found
+    for kind in map(kind_of, sorted(kinds())):
+        if kind.config_of_file and kind.coefficients:
+            return kind.config_of_file, kind.coefficients
+    raise InputError.single("no kind of FMU that is installed reads coefficients")
 
 
 def _refine(options: argparse.Namespace) -> None:
@@ -130,12 +127,12 @@ def _refine(options: argparse.Namespace) -> None:
         message = "--output-file is for the coefficients of one mesh"
         raise InputError.single(message, "leave it out beside --refine; --json prints all numbers")
     system, chosen, _ = _chosen(options)
-    module, config = _in_water(system)[chosen]
-    if not hasattr(module, REFINE):
+    kind, config = _in_water(system)[chosen]
+    if kind.refinement is None:
         message = f"the kind of component {chosen!r} has no panels to refine"
         raise InputError.single(message, "choose another one with --component")
     try:
-        text, numbers = module.refine(config, folder=system.folder, progress=count)
+        text, numbers = kind.refinement(config, folder=system.folder, progress=count)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
     if options.json:
@@ -147,9 +144,10 @@ def _refine(options: argparse.Namespace) -> None:
 def _of_system(options: argparse.Namespace) -> HydrodynamicData:
     """The data of a component in water."""
     system, chosen, title = _chosen(options)
-    module, config = _in_water(system)[chosen]
+    kind, config = _in_water(system)[chosen]
+    assert kind.coefficients
     try:
-        return module.hydrodynamic_data(config, name=title, folder=system.folder, progress=count)
+        return kind.coefficients(config, name=title, folder=system.folder, progress=count)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
 
@@ -176,13 +174,13 @@ def _chosen(options: argparse.Namespace) -> tuple[System, str, str]:
     return system, chosen, system.name if len(there) == 1 else f"{system.name}_{chosen}"
 
 
-def _in_water(system: System) -> dict[str, tuple[ModuleType, Section]]:
-    """Components with coefficients, each with the module of its kind and its configuration."""
-    from m4e_fmi.cosim.system.component import Kind, kind_module
+def _in_water(system: System) -> dict[str, tuple[FmuKind, Section]]:
+    """Components with coefficients, each with its kind and its configuration."""
+    from m4e_fmi.cosim.system.component import Kind, kind_of
 
     found = {}
     for component in system.components:
         source = component.source
-        if isinstance(source, Kind) and hasattr(kind_module(source.name), DATA):
-            found[component.name] = kind_module(source.name), source.config
+        if isinstance(source, Kind) and (kind := kind_of(source.name)).coefficients:
+            found[component.name] = kind, source.config
     return found

@@ -15,7 +15,6 @@ from m4e_fmi.cli.shared.options import (
 )
 from m4e_fmi.errors import InputError
 
-STABILITY = "stability"
 """Function of a kind that tells hydrostatics and righting arms: docs/adapters.md."""
 
 
@@ -80,15 +79,15 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _stability(options: argparse.Namespace) -> None:
-    """Print what kinds tell by their function `stability`, of each component that has one."""
-    from m4e_fmi.cosim.system.component import Kind, kind_module
+    """Print what kinds tell by `FmuKind.stability`, of each component that has one."""
+    from m4e_fmi.cosim.system.component import Kind, kind_of
 
     if options.source.suffix.lower() == ".fmu" or not is_system(options.source):
         message = f"{options.source}: --stability is for systems with a component in water"
         raise InputError.single(message, "give a system file")
     system = load_system(options.source)
     found = {c.name: c.source for c in system.components if isinstance(c.source, Kind)}
-    tells = {name: getattr(kind_module(k.name), STABILITY, None) for name, k in found.items()}
+    tells = {name: kind_of(k.name).stability for name, k in found.items()}
     tells = {name: tell for name, tell in tells.items() if tell is not None}
     if not tells:
         message = f"{system.name}: no component floats"

@@ -2,7 +2,7 @@
 
 SSP allows one source for each input: where several add up, a component of ``kind: sum`` is put
 between them and their target, one for each connector or matrix. What a component calculates once,
-as the added mass of a hull, is a parameter of the sum.
+as an added mass, is a parameter of the sum.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.prepare import described, prepare
 from m4e_fmi.cosim.ssp.write import write_ssp
-from m4e_fmi.cosim.system.component import Component, Kind, kind_module
+from m4e_fmi.cosim.system.component import Component, Kind, kind_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Link, Port, Variables, base, is_varying, summed
 from m4e_fmi.cosim.wiring.prepared import Prepared
@@ -83,7 +83,7 @@ def _sum(
     ]
     targets = [(_signal(several[0]), several[0].target) for several in group]
     units = {n: variables[port.component][port.variable].unit or "1" for n, port in targets}
-    config = kind_module(KIND).Config(inputs=list(terms), parameters=once, signals=units)
+    config = kind_of(KIND).config(inputs=list(terms), parameters=once, signals=units)
     return Component(name, Kind(KIND, config))
 
 

@@ -18,7 +18,7 @@ from m4e_fmi.cosim.system.component import (
     ModelFile,
     Processes,
     ProcessLimits,
-    kind_module,
+    kind_of,
     kinds,
 )
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
@@ -221,12 +221,12 @@ def _source(document: Document, at: Location, key: str) -> FmuFile | ModelFile |
             remedy = suggestion(text, known, "kinds")
             raise InputError([document.problem((*at, "kind"), message, remedy)])
         try:
-            module = kind_module(written)
+            config = kind_of(written).config
         except ImportError as error:
-            message = f"kind {written!r} is installed but cannot be imported: {error}"
+            message = f"kind {written!r} is installed but cannot be used: {error}"
             remedy = "install what is missing; `m4e-fmi doctor` lists it"
             raise InputError([document.problem((*at, "kind"), message, remedy)]) from error
-        return Kind(written, document.validate(module.Config, at=at, drop=("kind", *COMMON)))
+        return Kind(written, document.validate(config, at=at, drop=("kind", *COMMON)))
     if not isinstance(written, str):
         return None
     path = document.path.parent / written

@@ -22,11 +22,13 @@ if TYPE_CHECKING:
     from m4e_fmi.fmu.export.selection import matching, renamed
     from m4e_fmi.fmu.importer.contents import fmu_contents
     from m4e_fmi.fmu.importer.reading import Description, read_description
+    from m4e_fmi.fmu.kind import FmuKind
     from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
 
 __all__ = [
     "Description",
     "Finding",
+    "FmuKind",
     "FmuVariable",
     "Group",
     "ModelDescription",
@@ -58,6 +60,7 @@ _MODULES = {
     "export.selection": ("matching", "renamed"),
     "importer.contents": ("fmu_contents",),
     "importer.reading": ("Description", "read_description"),
+    "kind": ("FmuKind",),
     "validation": ("Finding", "Group", "Report", "validate_fmu"),
 }
 # modules that build FMUs are not imported where FMUs are only read

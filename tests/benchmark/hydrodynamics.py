@@ -17,7 +17,6 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 MODEL = """
 name: two
@@ -126,7 +125,8 @@ def pressure(folder: Path) -> None:
             "components": 300,
         }  # fmt: skip
         config = HullPressureConfig.model_validate(section)
-        source: Any = hull_pressure.make(config, name="h", folder=folder, progress=lambda _: None)
+        build = hull_pressure.KIND.build
+        source = build(config, name="h", folder=folder, progress=lambda _: None)
         hulls = HullOutputs(json.loads(source.data["hulls.json"]))
         given = {"a.z": -0.4, "a.x": 0.3, "a.theta": 0.03, "a.phi": 0.02}
         spent = least(lambda hulls=hulls, given=given: hulls.at(given, 30.0), 40)

@@ -59,7 +59,7 @@ def python_source(package: Path) -> PythonSource:
     forget()
     try:
         made = importlib.import_module(f"{NAME}.python_fmu")
-        return made.make(made.Config(rod="rod", **VALUES), name="hydraulics")
+        return made.KIND.build(made.KIND.config(rod="rod", **VALUES), name="hydraulics")
     finally:
         sys.path.remove(str(package.parent))
         forget()

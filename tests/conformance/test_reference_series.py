@@ -61,8 +61,8 @@ def motion(rest: tuple[float, float], t: np.ndarray) -> dict[str, np.ndarray]:
 def stepped(kind: str, folder: Path) -> dict[bool, np.ndarray]:
     """Structured arrays of time and all outputs of the Python (False) and native (True) FMU."""
     module = import_module(f"m4e_fmus.{kind}")
-    config = Document.load(FMUS / kind / "reference.yaml").validate(module.Config)
-    source = module.make(config, name=kind, folder=FMUS / kind, progress=lambda _: None)
+    config = Document.load(FMUS / kind / "reference.yaml").validate(module.KIND.config)
+    source = module.KIND.build(config, name=kind, folder=FMUS / kind, progress=lambda _: None)
     natives = (False, True) if isinstance(source, Program) else (False,)
     if isinstance(source, Program):
         newer = build_fmu(source, folder / f"{kind}_3.fmu", native=True, fmi="3")

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi.cosim import Kind, load_system
-from m4e_fmi.cosim.system.component import kind_module
+from m4e_fmi.cosim.system.component import kind_of
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
@@ -43,7 +43,7 @@ def sources() -> Iterator[tuple[str, Program | PythonSource]]:
         for component in system.components:
             kind = component.source
             if isinstance(kind, Kind):
-                made = kind_module(kind.name).make(
+                made = kind_of(kind.name).build(
                     kind.config, name=component.name, folder=system.folder, progress=lambda _: None
                 )
                 yield f"{path.parent.name}.{component.name}", made

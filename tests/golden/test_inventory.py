@@ -29,7 +29,7 @@ from m4e_fmi.cli import COMMANDS, main
 from m4e_fmi.cli.shared.events import KINDS as EVENTS
 from m4e_fmi.cosim import load_system
 from m4e_fmi.cosim.preparation.components import expected_descriptions
-from m4e_fmi.cosim.system.component import kind_module, kinds
+from m4e_fmi.cosim.system.component import kind_of, kinds
 from m4e_fmi.cosim.system_file import _FileSection, _ParameterSection, _SystemSection
 from m4e_fmi.files.sections import fields_of
 from m4e_fmi.model.chrono.sections import ModelFileSection
@@ -72,7 +72,7 @@ def sections(annotation: Any, way: str = "") -> Iterator[tuple[str, type[BaseMod
 
 
 def file_keys() -> Iterator[str]:
-    roots = FILES | {f"kind {name}": kind_module(name).Config for name in own_kinds()}
+    roots = FILES | {f"kind {name}": kind_of(name).config for name in own_kinds()}
     for title, section in roots.items():
         yield from (f"{title}: {path}" for path in dict.fromkeys(keys(section)))
 

@@ -30,8 +30,8 @@ def hydraulic_kinds(site: Path) -> Iterator[None]:
         for group, names in {
             "adapters": {"hydraulic_pto": "hydraulic_pto"},
             "fmus": {
-                "hydraulic_pto": "hydraulic_pto.program_fmu",
-                "hydraulic_pto_scipy": "hydraulic_pto.python_fmu",
+                "hydraulic_pto": "hydraulic_pto.program_fmu:KIND",
+                "hydraulic_pto_scipy": "hydraulic_pto.python_fmu:KIND",
             },
         }.items()
     )

@@ -159,10 +159,10 @@ FAULTS = {
     ),
     # ---- coupling ----
     "the coupling of heave and pitch stiffens": Fault(
-        "m4e_fmi/cosim/monitoring",
+        "fmus/m4e_fmus/water",
         "pitch - coupling**2 / free",
         "pitch + coupling**2 / free",
-        "unit/cosim/monitoring/test_flotation.py unit/cosim/monitoring/test_flotation_in_space.py",
+        "unit/fmus/water/test_flotation.py unit/fmus/water/test_flotation_in_space.py",
     ),
     "mean of a Taylor series": Fault(
         "m4e_fmi/cosim",

@@ -25,7 +25,7 @@ LAYERS = {
         "model multibody results statistics runtime simulate fmu analysis code_hash doctor report "
         "cosim study notebook cli __main__"
     ),
-    "m4e_fmi.fmu": "importer export validation",
+    "m4e_fmi.fmu": "importer export kind validation",
     "m4e_fmi.cosim": (
         "system wiring scenario ssp system_file network "
         "preparation composition results stepping algorithms error time_loop monitoring "

@@ -36,7 +36,9 @@ def exact() -> np.ndarray:
 
 
 def made(kind: Any, **keys: Any) -> Program:
-    return kind.make(kind.Config(**keys), name=kind.__name__.rpartition(".")[2], folder=Path())
+    return kind.KIND.build(
+        kind.KIND.config(**keys), name=kind.__name__.rpartition(".")[2], folder=Path()
+    )
 
 
 @pytest.fixture(scope="module")

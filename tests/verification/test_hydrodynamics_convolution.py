@@ -278,7 +278,7 @@ def test_a_file_with_a_convolution(tmp_path: Path) -> None:
             "radiation": {"memory": "convolution"},
         }
     )
-    program = hydrodynamics.make(config, name="hydro", folder=tmp_path, progress=told.append)
+    program = hydrodynamics.KIND.build(config, name="hydro", folder=tmp_path, progress=told.append)
     (line,) = (text for text in told if "ball heave" in text and "convolution" in text)
     count = int(line.split(" polynomials")[0].split()[-1])
     states = [v for v in program.states if "heave" in v.description]

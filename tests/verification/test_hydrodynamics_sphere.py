@@ -32,7 +32,7 @@ IRREGULAR = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 7.
 
 def built(**sections) -> Program:
     config = HydrodynamicsConfig.model_validate({**BALL, **sections})
-    return hydrodynamics.make(config, name="hydro", folder=Path(), progress=lambda _: None)
+    return hydrodynamics.KIND.build(config, name="hydro", folder=Path(), progress=lambda _: None)
 
 
 class Loaded:

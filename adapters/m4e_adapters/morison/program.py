@@ -81,7 +81,12 @@ def morison_program(
 
 
 def members_in_waves(
-    config: MorisonConfig, *, name: str, folder: Path, progress: Callable[[str], object] = print
+    config: MorisonConfig,
+    *,
+    name: str,
+    folder: Path,
+    progress: Callable[[str], object] = print,
+    **_: object,
 ) -> tuple[Program, MemberWaves]:
     """The program with what waves do to the members as inputs, and what that is in any wave."""
     recorder = Recorder(name, "slender members by Morison's equation, in any waves")

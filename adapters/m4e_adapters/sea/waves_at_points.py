@@ -76,9 +76,9 @@ class PointWaves(FlowWaves):
 
 
 def sea_in_waves(
-    config: SeaConfig, *, name: str, folder: Path, progress: Callable[[str], object]
+    config: SeaConfig, *, name: str, folder: Path, progress: Callable[[str], object], **__: object
 ) -> tuple[Program, PointWaves]:
-    """The program of the sea called `name` with such inputs, and what they are."""
+    """The program of the sea called `name` with such inputs, and what they are in any wave."""
     recorder = Recorder(name, "undisturbed sea")
     water, in_space = config.water, config.dimensions == 3
     systems = wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)

@@ -1,14 +1,13 @@
 """The kind `hydraulic_pto`: the circuit as a Program."""
 
+from m4e_fmi.fmu import FmuKind
 from m4e_fmi.program import Program, Recorder, Variable
 
 from .circuit import Circuit
 from .config import FORCE, OUTPUTS, PARAMETERS, SPEED, STATES, TUNABLE, Config
 
-__all__ = ["Config", "make"]
 
-
-def make(config: Config, *, name: str, **_: object) -> Program:
+def build(config: Config, *, name: str, **_: object) -> Program:
     """The program of the component `name`."""
     r = Recorder(name, f"hydraulic power take-off at {config.rod}")
     circuit = Circuit(
@@ -30,3 +29,6 @@ def make(config: Config, *, name: str, **_: object) -> Program:
     r.output(Variable("pressure", *OUTPUTS["pressure"]), circuit.pressure(oil))
     r.output(Variable("power", *OUTPUTS["power"]), circuit.delivered(oil))
     return r.program()
+
+
+KIND = FmuKind(Config, build)

@@ -3,16 +3,14 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource
 
 from .config import FORCE, OUTPUTS, PARAMETERS, SPEED, STATES, TUNABLE, Config
-
-__all__ = ["Config", "make"]
 
 HERE = Path(__file__).parent
 
 
-def make(config: Config, *, name: str, **_: object) -> PythonSource:
+def build(config: Config, *, name: str, **_: object) -> PythonSource:
     """The source of the component `name`."""
     text = f"hydraulic power take-off at {config.rod}, by SciPy"
     travels = ("slave.py", "accumulator.py", "circuit.py")
@@ -60,3 +58,6 @@ def variables(config: Config) -> Iterator[FmuVariable]:
             initial="calculated",
             initial_dependencies=("oil", *PARAMETERS),
         )
+
+
+KIND = FmuKind(Config, build)

@@ -1,7 +1,7 @@
 """The FMU of `kind: hull_pressure`: pressure of the water on hulls at their true pose.
 
-`make` turns the section of a system file into the source of a Python slave; what it computes is
-said in README.md. `slave.py` and the modules of `TRAVELS` travel in the FMU.
+`KIND.build` turns the section of a system file into the source of a Python slave; what that
+computes is said in README.md. `slave.py` and the modules of `TRAVELS` travel in the FMU.
 """
 
 from __future__ import annotations
@@ -16,23 +16,22 @@ from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, Motion, point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
-from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig as Config
+from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
 from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullData, PressureData
 from m4e_adapters.hydrodynamics.pressure.sea import wave_data
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
-from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.report.animation.shown import Shown
+from m4e_fmus.water import CHECKS
 
 TRAVELS = ("clipped_surface.py", "hull_load.py", "hull_outputs.py", "incident_waves.py")
 MANY = 5000  # triangles of a hull, from which its cost is told
 
-__all__ = ["Config", "make"]
 
-
-def make(
-    config: Config, *, name: str, folder: Path, progress: Callable[[str], None] = print
+def _build(
+    config: HullPressureConfig, *, name: str, folder: Path, progress: Callable[[str], None] = print
 ) -> PythonSource:
     """The source of the FMU called `name`; mesh files in `config` are relative to `folder`."""
     hulls = closed_hulls(config, folder)
@@ -60,7 +59,7 @@ def make(
     )
 
 
-def scene(config: Config, *, folder: Path, values: Mapping[str, float]) -> Shown:
+def _scene(config: HullPressureConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
     """The hulls and the water; `values` are those of parameters at the start."""
     return Shown(
         hulls=drawn_hulls(config.bodies, folder),
@@ -69,7 +68,7 @@ def scene(config: Config, *, folder: Path, values: Mapping[str, float]) -> Shown
     )
 
 
-def _data(name: str, hull: Panels, config: Config) -> HullData:
+def _data(name: str, hull: Panels, config: HullPressureConfig) -> HullData:
     """A body as `slave.py` reads it."""
     center = config.bodies[name].center_of_gravity
     vertices, triangles = body_triangles(hull, center)
@@ -95,7 +94,7 @@ def _hull_text(body: HullData, density: float) -> str:
     return f"warning: {text}: each evaluation takes about {count / 10_000:.1f} ms in still water"
 
 
-def _variables(config: Config) -> Iterator[FmuVariable]:
+def _variables(config: HullPressureConfig) -> Iterator[FmuVariable]:
     motions, waves = MOTIONS[config.dimensions], bool(wave_sections(config.waves))
     for body, section in config.bodies.items():
         yield _neutral(body)
@@ -181,3 +180,6 @@ def _output(name: str, unit: str, text: str, given: tuple[str, ...]) -> FmuVaria
         dependencies=given,
         initial_dependencies=given,
     )
+
+
+KIND = FmuKind(HullPressureConfig, build=_build, scene=_scene, **CHECKS)

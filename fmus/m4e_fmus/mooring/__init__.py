@@ -1,7 +1,8 @@
 """The mooring FMU: MoorDyn lines between fairleads and anchors.
 
-`make` turns a mooring section of a system file into the source of a Python slave; what it computes
-is said in README.md. Imports the moordyn adapter and m4e_fmi.fmu; `slave.py` travels in the FMU.
+`KIND.build` turns a mooring section of a system file into the source of a Python slave; what that
+computes is said in README.md. Imports the moordyn adapter and m4e_fmi.fmu; `slave.py` travels in
+the FMU.
 """
 
 from __future__ import annotations
@@ -15,14 +16,15 @@ from pathlib import Path
 from m4e_adapters import moordyn
 from m4e_adapters.hydrodynamics.seas.system_seas import water_program
 from m4e_adapters.hydrodynamics.seas.water import moving_water
-from m4e_adapters.moordyn import Fairlead, Mooring
-from m4e_adapters.moordyn import MooringConfig as Config
+from m4e_adapters.moordyn import Fairlead, Mooring, MooringConfig
 from m4e_adapters.moordyn.mooring import Sea
 from m4e_adapters.moordyn.plausibility import light_lines, soft_lines
 from m4e_adapters.sea.program import tell_doubts
-from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
+from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource, describe
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable
+from m4e_fmus.water import CHECKS
+from m4e_fmus.water.surroundings import is_of
 
 TRAVELS = (
     "console.py",
@@ -40,11 +42,9 @@ SHORT = 1e-4
 MOST_PIECES = 40
 """Of a line between the nodes whose places are outputs."""
 
-__all__ = ["Config", "make"]
 
-
-def make(
-    config: Config, *, name: str, folder: Path, progress: Callable[[str], None] = print
+def _build(
+    config: MooringConfig, *, name: str, folder: Path, progress: Callable[[str], None] = print
 ) -> PythonSource:
     """The source of the mooring FMU called `name`; files in `config` are relative to `folder`."""
     mooring = moordyn.mooring(config, folder=folder)
@@ -168,8 +168,8 @@ def _parting(mooring: Mooring) -> list[tuple[int, int, int]]:
     ]
 
 
-def scene(config: Config, *, folder: Path, values: Mapping[str, float]) -> Shown:  # noqa: ARG001
-    """The lines, and the bed; places do not depend on `values`."""
+def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
+    """The lines, and the bed; places depend on no parameter."""
     mooring = moordyn.mooring(config, folder=folder)
     if mooring.net is None:
         return Shown(floor=mooring.bed)
@@ -277,3 +277,13 @@ def _output(name: str, text: str, inputs: tuple[str, ...]) -> FmuVariable:
 
 def _counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _calm(
+    config: MooringConfig, start: Mapping[str, object]
+) -> tuple[MooringConfig, dict[str, object]]:
+    """The configuration and the start values without waves."""
+    return config.in_still_water(), {n: v for n, v in start.items() if not is_of(n, "waves")}
+
+
+KIND = FmuKind(MooringConfig, build=_build, scene=_scene, at_rest=_calm, **CHECKS)

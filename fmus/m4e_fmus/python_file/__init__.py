@@ -1,7 +1,8 @@
 """The FMU of `kind: python`: a force or a controller in one Python file of the user.
 
-`make` reads the class of that file (`user_class`, `declarations`), records it as a Program if it
-can (`recorded`), and else packs it as Python code (`slave`). README.md says what a file contains.
+`KIND.build` reads the class of that file (`user_class`, `declarations`), records it as a Program if
+it can (`recorded`), and else packs it as Python code (`slave`). README.md says what a file
+contains.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
 from m4e_fmi.files.files_read import read_text
-from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.program import Program
 from m4e_fmus.python_file.config import Config
 from m4e_fmus.python_file.declarations import Lines, Variables, declared, ends_of_process
@@ -21,13 +22,11 @@ from m4e_fmus.python_file.recorded import recorded
 from m4e_fmus.python_file.recording_file import CannotBeRecordedError
 from m4e_fmus.python_file.user_class import UserClass, UserCodeError, loaded
 
-__all__ = ["Config", "make"]
-
 HERE = Path(__file__).parent
 TRAVELS = ("slave.py", "user_class.py", "saved_values.py")
 
 
-def make(
+def _build(
     config: Config, *, name: str, folder: Path, progress: Callable[[str], None] = print
 ) -> Program | PythonSource:
     """The component called `name`: a Program if its arithmetic can be recorded.
@@ -183,3 +182,6 @@ def _described(
                 causality="output", variability=variability, initial="calculated",
                 dependencies=() if v.name in held else None, initial_dependencies=None,
             )  # fmt: skip
+
+
+KIND = FmuKind(Config, build=_build)

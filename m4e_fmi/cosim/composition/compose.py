@@ -16,7 +16,7 @@ from m4e_fmi.analysis.response import InWaves, WaveForces
 from m4e_fmi.cosim.composition.parts import ComponentSelection, Made, look_at, stand_ins
 from m4e_fmi.cosim.composition.static_law import StaticLaw
 from m4e_fmi.cosim.preparation.components import Tell, silent
-from m4e_fmi.cosim.system.component import Component, Kind, kind_module
+from m4e_fmi.cosim.system.component import Component, Kind, kind_of
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.connect import connect
@@ -27,8 +27,6 @@ from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
 from m4e_fmi.program.composition import Place
 
-IN_WAVES = "make_in_waves"
-"""Function of a kind that makes a program with the forces of waves as inputs: docs/adapters.md."""
 ORIGIN = "equilibrium"
 """Who gives the start values, in messages and results."""
 
@@ -72,7 +70,7 @@ def system_in_waves(
 ) -> InWaves:
     """As `system_program`, with the forces of waves as inputs, up to `highest` [rad/s] at least.
 
-    InputError as there, and where no component is in water.
+    InputError as there, and where no component has a `response` (`FmuKind`).
     """
     named = ComponentSelection(frozenset(keep_open), frozenset(settled))
     forces: dict[str, WaveForces] = {}
@@ -81,13 +79,13 @@ def system_in_waves(
         source = component.source
         if not isinstance(source, Kind):
             return None
-        make = getattr(kind_module(source.name), IN_WAVES, None)
-        if make is None:
-            return None
-        made, forces[component.name] = make(
+        found = kind_of(source.name).response(
             source.config, name=component.name, folder=system.folder, highest=highest,
             progress=tell,
         )  # fmt: skip
+        if found is None:
+            return None
+        made, forces[component.name] = found
         return made
 
     program = _program(
@@ -96,7 +94,7 @@ def system_in_waves(
     forces = {name: f for name, f in forces.items() if name not in named.open}
     if not forces:
         message = f"{system.name}: no component gives forces of waves"
-        raise InputError.single(message, "a response to waves needs a component in water")
+        raise InputError.single(message, "a response needs a component whose forces come from them")
     return InWaves(program, forces)
 
 

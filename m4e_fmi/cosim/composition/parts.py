@@ -19,11 +19,10 @@ from m4e_fmi.cosim.preparation.components import (
     ready_fmus,
     takes_long,
 )
-from m4e_fmi.cosim.preparation.doubtful_values import is_of
 from m4e_fmi.cosim.preparation.prepare import available, described, hosts
 from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.ssp import unpack_member
-from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Link, Port, Wiring, is_varying
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -227,7 +226,7 @@ def stand_ins(
         return {}
     small = replace(
         system,
-        components=tuple(_in_still_water(c) for c in system.components if c.name in settled),
+        components=tuple(_at_rest(c) for c in system.components if c.name in settled),
         connections=(),
         inputs={},
         outputs={},
@@ -262,14 +261,13 @@ def stand_ins(
     return found
 
 
-def _in_still_water(component: Component) -> Component:
-    """`component` without waves, if its kind's configuration can leave them out."""
+def _at_rest(component: Component) -> Component:
+    """`component` without what moves by itself."""
     source = component.source
-    calm = getattr(source.config, "in_still_water", None) if isinstance(source, Kind) else None
-    if not isinstance(source, Kind) or calm is None:
+    if not isinstance(source, Kind):
         return component
-    start = {name: value for name, value in component.start.items() if not is_of(name, "waves")}
-    return replace(component, source=replace(source, config=calm()), start=start)
+    config, start = kind_of(source.name).at_rest(source.config, component.start)
+    return replace(component, source=replace(source, config=config), start=start)
 
 
 def _real_links(

@@ -173,7 +173,7 @@ def differences(
     """Magnitudes (m, n_sources), in the sources' units, of differences at the times of both runs.
 
     `values` (n, n_sources) are at `times` (n,) [ns], `again` (k, n_sources) at `others` (k,) [ns];
-    all are in the sources' units. Times that are not `smooth` (n,) are left out.
+    all are in the sources' units. Times that are not `smooth` (n,) [1] are left out.
     """
     places, met = _places(times, others)
     both = smooth & met

@@ -1,1 +1,1 @@
-"""Checks during a run: growth without bound, floating bodies, undeclared dependencies."""
+"""Checks during a run: growth without bound, undeclared dependencies."""

@@ -167,7 +167,7 @@ class Instability(Restorable):
             advice.append(
                 f"{carried} carries an acceleration: if its force is an added mass, let it be part "
                 "of the mass matrix instead (added_mass: true of the body, and a connection "
-                "'water.added_mass -> body.added_mass')"
+                "'SOURCE.added_mass -> MODEL.added_mass')"
             )
         if others:
             advice.append(f"take algorithm: {listed(others)}")

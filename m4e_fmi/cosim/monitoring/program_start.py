@@ -1,15 +1,13 @@
-"""The checks of a run's start for a composed program: weight, buoyancy, trim, stability, pose."""
+"""The checks of a run's start for a composed program."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
-from m4e_fmi.cosim.monitoring.flotation import start_warnings
-from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS
-from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
+from m4e_fmi.cosim.system.component import answers
 from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.connect import connect
@@ -19,7 +17,7 @@ from m4e_fmi.program import TIME, LocalLaw, Part, Program, evaluated, tangent
 
 
 def program_start_warnings(system: System, program: Program) -> tuple[str, ...]:
-    """Warnings of the floating bodies of a composed program at its start, one line each.
+    """Warnings of the kinds of a composed program at its start, one line each.
 
     `program` is that of `system`. They are those of a coupled run of its parts. A body whose
     connections lead through a bus is not looked at if a component is left open.
@@ -38,8 +36,8 @@ def program_start_warnings(system: System, program: Program) -> tuple[str, ...]:
     )
     start = ProgramStart(program)
     descriptions = {name: one.description for name, one in start.instances.items()}
-    gravity = partial(model_gravity, rest, descriptions)
-    return start_warnings(start, connect(rest, descriptions), gravity)
+    given = rest, descriptions, connect(rest, descriptions), start
+    return tuple(answers(rest.components, descriptions, "doubts_at_start", *given))
 
 
 def _ends(text: str) -> set[str]:
@@ -105,20 +103,15 @@ class PartStart:
         return {name: found[k] for name, k in nodes.items()}
 
     def directional_derivative(self, output: str, known: str) -> float:
-        """∂output/∂known of an acceleration and an input, in their units."""
+        """∂output/∂known of an output and an input, in their units."""
         if known not in self._slopes:
             self._slopes[known] = self._slopes_by(known)
         return self._slopes[known][output]
 
     def _slopes_by(self, known: str) -> dict[str, float]:
-        """Derivatives of all accelerations by one input."""
+        """Derivatives of all outputs by one input."""
         program = self.part.program
-        last = set(ACCELERATIONS.values())
-        pairs = zip(program.outputs, program.results, strict=True)
-        kept = [(v, k) for v, k in pairs if v.name.rpartition(".")[2] in last]
-        outputs, results = tuple(v for v, _ in kept), tuple(k for _, k in kept)
-        change = tangent(replace(program, outputs=outputs, results=results), [known])
-        count = len(program.states)
+        change = tangent(program, [known])
         found = evaluated(change.tape, change.results, {**self.given, f"d({known})": 1.0})
-        slopes = [found[k] for k in change.results[count:]]
-        return {v.name: slope for v, slope in zip(outputs, slopes, strict=True)}
+        slopes = [found[k] for k in change.results[len(program.states) :]]
+        return {v.name: slope for v, slope in zip(program.outputs, slopes, strict=True)}

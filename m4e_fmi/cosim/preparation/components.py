@@ -1,7 +1,7 @@
 """The FMU of every component: found, or built if its sources have changed.
 
 Inputs are checked before anything is built. Existing FMUs are read. Programs that are quick to make
-are made in memory: a `Draft`, which is then written as an FMU. The `check` of a kind that takes
+are made in memory: a `Draft`, which is then written as an FMU. The `outline` of a kind that takes
 long finds its problems, and returns a program with the variables that its FMU will have. When all
 of these are right, connections, start values and the scenario are checked against them.
 """
@@ -21,7 +21,7 @@ import numpy as np
 from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.ssp.package import unpack_member
-from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_module, kinds
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_of, kinds
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.connect import connect
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -63,13 +63,13 @@ class Draft:
 
 def takes_long(source: FmuFile | ModelFile | Kind) -> bool:
     """True for kinds that may take minutes to make."""
-    return isinstance(source, Kind) and getattr(kind_module(source.name), "TAKES_LONG", False)
+    return isinstance(source, Kind) and kind_of(source.name).takes_long
 
 
 def drafted(system: System, component: Component, tell: Tell | None = None) -> Draft:
     """The draft of a component that is no FMU; `tell` gets lines of progress, else they are kept.
 
-    InputError and RunError as from reading the model, or from `make` of the kind.
+    InputError and RunError as from reading the model, or from `build` of the kind.
     """
     source, lines = component.source, list[str]()
     tell = tell or lines.append
@@ -78,8 +78,8 @@ def drafted(system: System, component: Component, tell: Tell | None = None) -> D
         if isinstance(source, Kind):
             for path in named_files(system, source):  # however the kind reads them
                 depends_on(path)
-            make = kind_module(source.name).make
-            made = make(source.config, name=component.name, folder=system.folder, progress=tell)
+            build = kind_of(source.name).build
+            made = build(source.config, name=component.name, folder=system.folder, progress=tell)
         else:
             from m4e_fmi.model import load_model
             from m4e_fmi.multibody import model_program
@@ -177,8 +177,8 @@ def _looked_at(
     if not takes_long(source):
         drafts[name] = drafted(system, component)
         made = drafts[name].made
-    elif isinstance(source, Kind) and (check := getattr(kind_module(source.name), "check", None)):
-        made = check(source.config, folder=system.folder)
+    elif isinstance(source, Kind):
+        made = kind_of(source.name).outline(source.config, folder=system.folder)
     return None if made is None else expected_description(made, Path(f"{name}.fmu"))
 
 

@@ -20,16 +20,13 @@ from m4e_fmi.cosim.network.schedule import loop_library
 from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.doubtful_values import (
-    differing,
-    double_buoyancy,
-    double_drag,
     reversed_forces,
     start_values_without_effect,
     within_ramps,
 )
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.scenario.plan import scenario_problems
-from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile
+from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile, answers
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system
@@ -95,9 +92,7 @@ def prepare(
             *unconnected_parameters(system, descriptions, wiring),
             *without_added_mass(descriptions, wiring),
             *loose_ends(system, descriptions, wiring),
-            *differing(system, descriptions, wiring),
-            *double_drag(system, descriptions, wiring),
-            *double_buoyancy(system, wiring),
+            *answers(system.components, descriptions, "doubts", system, descriptions, wiring),
             *start_values_without_effect(system, wiring, structure),
             *reversed_forces(system, descriptions, wiring),
             *within_ramps(system, descriptions),

@@ -14,14 +14,13 @@ from functools import partial
 from pathlib import Path
 
 from m4e_fmi.cosim.error.report import CouplingErrorReport
-from m4e_fmi.cosim.monitoring.flotation import start_warnings
-from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoints, checkpoint_of
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, ExportError, Outcome
 from m4e_fmi.cosim.run.run import Run, RunOptions
+from m4e_fmi.cosim.system.component import answers
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.locks import claimed
@@ -117,11 +116,12 @@ def _look_at_start(run: Run) -> None:
     options, prepared = run.options, run.prepared
     if options.checkpoint:
         options.checkpoint.saved.take_texts(run.network)
-    gravity = partial(model_gravity, prepared.system, prepared.descriptions)
-    floats = start_warnings(run.network, prepared.wiring, gravity)
-    options.warn_of(floats)
+    system, known = prepared.system, prepared.descriptions
+    given = system, known, prepared.wiring, run.network
+    found = tuple(answers(system.components, known, "doubts_at_start", *given))
+    options.warn_of(found)
     # inputs that nothing is connected to may be set between the steps of a changeable run
-    run.warnings = (*(() if options.changeable else prepared.warnings), *floats)
+    run.warnings = (*(() if options.changeable else prepared.warnings), *found)
 
 
 def _open_results(run: Run, place: Path, file: Path) -> None:

@@ -159,7 +159,7 @@ def _ready(
     scene = system_scene(prepared.system, prepared.descriptions, prepared.wiring)
     prepared = prepared.recording(variables)
     if animated and scene is None:
-        message = f"{prepared.system.name} shows nothing: it has no model, hull or mooring line"
+        message = f"{prepared.system.name} shows nothing: no component has a model or a scene"
         raise InputError.single(message, "leave out --animate")
     if animated and scene:
         recorded = prepared.recorded.items()

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from types import ModuleType
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator
 
@@ -24,6 +22,7 @@ from m4e_fmi.files.document import Section, rejected
 from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host
+from m4e_fmi.fmu.kind import FmuKind
 from m4e_fmi.shown import short
 from m4e_fmi.units import Quantity, Unit
 
@@ -115,7 +114,7 @@ class ModelFile:
 class Kind:
     """A component to be built by the entry point `name` of the group `m4e_fmi.fmus`.
 
-    `config` is an instance of that entry point's `Config`.
+    `config` is an instance of its `FmuKind.config`.
     """
 
     name: str
@@ -197,9 +196,34 @@ def _kinds(_: tuple[tuple[str, int, int], ...]) -> Mapping[str, EntryPoint]:
     return {point.name: point for point in entry_points(group=KIND_GROUP)}
 
 
-def kind_module(name: str) -> ModuleType:
-    """The module behind a kind: it offers `Config` and `make`."""
-    return importlib.import_module(kinds()[name].value)
+def kind_of(name: str) -> FmuKind:
+    """The kind of this name; ImportError if its package cannot be imported or has none there."""
+    point = kinds()[name]
+    try:
+        found = point.load()
+    except AttributeError as error:
+        raise ImportError(f"{point.value}: {error}") from error
+    if not isinstance(found, FmuKind):
+        raise ImportError(f"{point.value} is a {type(found).__name__}, not an FmuKind")
+    return found
+
+
+def answers(
+    components: Sequence[Component],
+    descriptions: Mapping[str, Description],
+    question: str,
+    *asked: object,
+) -> Iterator[Any]:
+    """Answers of the kinds of these components to a `question`, a function of `FmuKind`.
+
+    It gets what is `asked`, once for all kinds that have the same. An FMU that was built here may
+    be of any kind: with one, all that are installed answer.
+    """
+    names = {c.source.name for c in components if isinstance(c.source, Kind)}
+    if any(isinstance(c.source, FmuFile) and descriptions[c.name].is_own for c in components):
+        names.update(kinds())
+    for function in dict.fromkeys(getattr(kind_of(name), question) for name in sorted(names)):
+        yield from function(*asked)
 
 
 def step_problems(components: Sequence[Component], simulation: Simulation) -> list[Problem]:

@@ -35,7 +35,7 @@ def start_values(component: Component, description: Description) -> dict[str, Va
 
     A Real given with a unit (a Quantity, or a text as ``"5 mm"``) is converted to that of the FMU;
     an item of an enumeration given by name becomes its number. Roll, pitch and yaw of a free
-    attitude of ours, as ``body.hull.phi``, become its quaternion. ValueError with a remedy.
+    attitude of ours, as ``body.arm.phi``, become its quaternion. ValueError with a remedy.
     """
     variables, angles = description.variables, _angles(component, description)
     given = {n: value_of((variables | angles)[n], v) for n, v in component.start.items()}

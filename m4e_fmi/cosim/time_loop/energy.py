@@ -19,7 +19,7 @@ algorithm it falls with the square of the step size; with inputs that are held i
 holding them.
 
 It is given as a share of the energy that the motion exchanges. The mean F̄ of a force over the run,
-as buoyancy at rest or the pull of a mooring, is a constant force: the work F̄ (x − x₀) is that of a
+as a weight or the pull of a mooring, is a constant force: the work F̄ (x − x₀) is that of a
 potential, it comes back with the body, and may be far larger than all that moves. So
 
     exchanged = max W − min W,   W(t) = ∫₀ᵗ F·v dt − Σ F̄ (x − x₀)

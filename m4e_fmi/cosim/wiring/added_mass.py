@@ -1,4 +1,4 @@
-"""Added mass of bodies in water: the bodies of each matrix, their order, bodies without it.
+"""Added mass of bodies: those of each matrix, their order, bodies without it.
 
 A matrix ``added_mass`` has rows and columns per body: a hydrodynamics component's in the order of
 its file, a model's in the order of its body numbers. Connections must not give the added mass of
@@ -71,9 +71,9 @@ def connected_bodies(links: Iterable[Link]) -> Mapping[tuple[str, str], Pairs]:
         model = next((port for port in link.ends if port.variable.startswith(BODY)), None)
         if model is None:
             continue
-        water = link.source if model is link.target else link.target
+        giver = link.source if model is link.target else link.target
         name = group(model).removeprefix(BODY)
-        found.setdefault((water.component, model.component), set()).add((group(water), name))
+        found.setdefault((giver.component, model.component), set()).add((group(giver), name))
     return {key: frozenset(pairs) for key, pairs in found.items()}
 
 
@@ -105,7 +105,7 @@ def body_order_problems(
         rows = in_order(bodies[source.component]), in_order(bodies[target.component])
         for body, other in zip(given, taken, strict=True):
             idle = (source.component, body) not in used
-            elsewhere = any(body == water or other == name for water, name in joined)
+            elsewhere = any(body == one or other == name for one, name in joined)
             if (body, other) in joined or not (idle or elsewhere):
                 continue
             told.add(link.connection)
@@ -115,8 +115,8 @@ def body_order_problems(
                 f"{source.component} are for {', '.join(rows[0])}, those of {target.component} "
                 f"for {', '.join(rows[1])}"
             )
-            of_water = {name: water for water, name in sorted(joined)}
-            order = [of_water.get(name, "") for name in rows[1]]
+            given_by = {name: one for one, name in sorted(joined)}
+            order = [given_by.get(name, "") for name in rows[1]]
             remedy = f"write the bodies of {source.component!r} in the order {', '.join(order)}"
             if sorted(order) != sorted(rows[0]):
                 remedy = (
@@ -128,10 +128,10 @@ def body_order_problems(
 
 
 def without_added_mass(descriptions: Mapping[str, Description], wiring: Wiring) -> list[str]:
-    """Warnings of bodies that the water's forces move without its added mass, one line each.
+    """Warnings of bodies moved by forces whose added mass they do not take, one line each.
 
-    They are bodies of our models without a matrix, in water whose matrix holds them and leads
-    nowhere. Bodies that no force moves are left out.
+    They are bodies of our models without a matrix; the matrix of the component that gives the
+    forces holds them and leads nowhere. Bodies that no force moves are left out.
     """
     tables = {name: d.variables for name, d in descriptions.items()}
     bodies = {name: added_mass_bodies(table) for name, table in tables.items()}
@@ -154,10 +154,10 @@ def without_added_mass(descriptions: Mapping[str, Description], wiring: Wiring) 
         ):
             bare[Port(source.component, body)] = Port(target.component, other)
     return [
-        f"{water} has added mass, which {body.component}.{BODY}{body.variable} does not take: "
+        f"{giver} has added mass, which {body.component}.{BODY}{body.variable} does not take: "
         f"write {FLAG} at {body.variable} in its model, and connect "
-        f"'{water.component}.added_mass -> {body.component}.added_mass'"
-        for water, body in bare.items()
+        f"'{giver.component}.added_mass -> {body.component}.added_mass'"
+        for giver, body in bare.items()
     ]
 
 
@@ -176,15 +176,15 @@ def lacking_flag(variables: Mapping[str, Variable], name: str) -> str:
     if name != "added_mass" or not parts:
         return ""
     bodies = ", ".join(dict.fromkeys(parts))
-    return f"write {FLAG} in its model at each body that is in water (bodies: {bodies})"
+    return f"write {FLAG} in its model at each body that has one (bodies: {bodies})"
 
 
 def differing_bodies(source: Iterable[str], target: Iterable[str]) -> str:
-    """The remedy of two matrices of these bodies in water and of a model; no text if unknown."""
+    """The remedy of two matrices of these bodies, given and of a model; no text if unknown."""
     given, taken = list(source), list(target)
     if not given or not taken or len(given) == len(taken):
         return ""
     return (
         f"; rows are for {', '.join(given)}, and for {', '.join(taken)}: write {FLAG} in the model "
-        "at each body that is in water, and at no other"
+        "at each body that has added mass, and at no other"
     )

@@ -27,6 +27,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from m4e_fmi.cosim.system.component import answers
 from m4e_fmi.cosim.system.connection_text import ConnectionText, parse_connection, unknown_component
 from m4e_fmi.cosim.system.start_values import start_problems
 from m4e_fmi.cosim.system.system import System
@@ -40,7 +41,6 @@ from m4e_fmi.cosim.wiring.added_mass import (
 from m4e_fmi.cosim.wiring.link_checks import (
     CARRIED_ONCE,
     CONSTANT_TO_INPUT,
-    double_load_problems,
     input_derivative_problems,
     link_problems,
     outer_port_problems,
@@ -319,7 +319,7 @@ def _resolved(
         link_problems(system, variables, links),
         start_problems(system, descriptions),
         dependency_problems(system, descriptions),
-        double_load_problems(system, variables, links),
+        answers(system.components, descriptions, "problems", system, variables, links),
         input_derivative_problems(system, descriptions, links),
         body_order_problems(system, variables, links),
         outer_port_problems(system, descriptions, driven),

@@ -1,6 +1,6 @@
 """All that one component shows in an animation, in names of its own variables.
 
-A kind may offer ``scene(config, *, folder, values) -> Shown`` beside `make`; `values` are those of
+A kind may have a ``scene(config, *, folder, values) -> Shown``; `values` are those of
 its parameters at the start, by name. See docs/adapters.md.
 """
 

@@ -25,7 +25,7 @@ from m4e_fmi.cosim.preparation.components import (
 from m4e_fmi.cosim.preparation.doubtful_values import ramps
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.run.identity import identity
-from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
+from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -104,9 +104,9 @@ def _expected(system: System, component: Component) -> Draft:
     """The draft of a component without long computations."""
     source = component.source
     if isinstance(source, Kind) and takes_long(source):
-        module = kind_module(source.name)
-        if hasattr(module, "check"):
-            return Draft(module.check(source.config, folder=system.folder), {})
+        outline = kind_of(source.name).outline(source.config, folder=system.folder)
+        if outline is not None:
+            return Draft(outline, {})
     return drafted(system, component)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
-from m4e_fmi.cosim.system.component import Kind, kind_module
+from m4e_fmi.cosim.system.component import Kind, kind_of
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS, SETTINGS
 from m4e_fmi.cosim.system.start_values import is_settable
 from m4e_fmi.cosim.system.system import System
@@ -154,7 +154,7 @@ def _could_be(system: System, component: str, keys: Location) -> bool:
     (one,) = (c for c in system.components if c.name == component)
     if not isinstance(one.source, Kind) or system.document is None:
         return False
-    config = kind_module(one.source.name).Config
+    config = kind_of(one.source.name).config
     *above, last = keys
     return str(last) in keys_at(config, tuple(above)) and bool(types_at(config, keys))
 

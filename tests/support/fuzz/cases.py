@@ -172,13 +172,12 @@ def _load_system(path: Path) -> None:
 
 
 def _make(path: Path) -> None:
-    from m4e_fmi.cosim.system.component import Kind, kind_module
+    from m4e_fmi.cosim.system.component import Kind, kind_of
 
     system = load_system(path)
     for part in system.components:
         if isinstance(part.source, Kind):
-            module = kind_module(part.source.name)
-            module.make(
+            kind_of(part.source.name).build(
                 part.source.config, name=part.name, folder=system.folder, progress=lambda _: None
             )
 

@@ -5,6 +5,7 @@ Messages are in tests/corpus/problems_at_once.yaml.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -53,8 +54,8 @@ def test_expected_descriptions_are_those_of_the_fmus(files: Path) -> None:
     water = system.validate(HydrodynamicsConfig, at=("components", "hydro"), drop=drop)
     for source in (
         model_program(load_model(files / "buoy.model.yaml")),
-        mooring.make(lines, name="lines", folder=files, progress=lambda _: None),
-        hydrodynamics.check(water, folder=files),
+        mooring.KIND.build(lines, name="lines", folder=files, progress=lambda _: None),
+        hydrodynamics.KIND.outline(water, folder=files),
     ):
         expected = expected_description(source, files / "a.fmu")
         built = read_description(build_fmu(source, files / "a.fmu"))
@@ -70,7 +71,7 @@ def test_a_kind_may_fail_on_what_is_left_of_a_wrong_configuration(
     def fail(*_: object, **__: object) -> None:
         raise AttributeError("'NoneType' object has no attribute 'high'")
 
-    monkeypatch.setattr(mooring, "make", fail)
+    monkeypatch.setattr(mooring, "KIND", replace(mooring.KIND, build=fail))
     assert told(files, SOUND.replace("depth: 50", "depth: 50, densty: 1000")) == [
         "unknown key 'densty'"
     ]
@@ -82,13 +83,13 @@ def test_nothing_is_made_twice(
 ) -> None:
     """By `info`, which asks first what takes long; and `check` is for kinds that take long."""
     calls = []
-    make = mooring.make
+    build = mooring.KIND.build
 
     def counted(*given: Any, **named: Any) -> Any:
         calls.append("make")
-        return make(*given, **named)
+        return build(*given, **named)
 
-    monkeypatch.setattr(mooring, "make", counted)
+    monkeypatch.setattr(mooring, "KIND", replace(mooring.KIND, build=counted))
     if offers_check:
         monkeypatch.setattr(mooring, "check", lambda *_, **__: calls.append("check"), raising=False)
     assert main(["info", str(files / "s.system.yaml")]) == 0

@@ -71,9 +71,9 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Fmu:
 
     @cache
     def source(kind: str) -> Program | PythonSource:
-        module = points()[kind].load()
-        config = Document.parse(KINDS[kind]).validate(module.Config)
-        return module.make(config, name=kind, folder=folder, progress=lambda _: None)
+        found = points()[kind].load()
+        config = Document.parse(KINDS[kind]).validate(found.config)
+        return found.build(config, name=kind, folder=folder, progress=lambda _: None)
 
     @cache
     def built(kind: str, build: str) -> Path:

@@ -18,7 +18,7 @@ from m4e_fmi.cosim import load_system, prepare, run
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import PythonSource
 from m4e_fmi.program import Program, evaluated
-from m4e_fmus.python_file import Config, make
+from m4e_fmus.python_file import KIND, Config
 from m4e_fmus.python_file.saved_values import CannotBeSavedError, decoded, encoded
 from m4e_fmus.python_file.user_class import Declared, Values
 
@@ -57,7 +57,7 @@ def made(folder: Path, text: str, **keys: Any) -> tuple[Program | PythonSource, 
     (folder / "force.py").write_text(dedent(text), encoding="utf-8")
     lines: list[str] = []
     config = Config(file="force.py", **keys)
-    return make(config, name="force", folder=folder, progress=lines.append), lines
+    return KIND.build(config, name="force", folder=folder, progress=lines.append), lines
 
 
 def system(

@@ -13,11 +13,11 @@ from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report import run_summary
 from m4e_fmus import linear_pto, table
-from m4e_fmus.sum import Config, make
+from m4e_fmus.sum import KIND, Config
 
 
 def program(**keys: Any) -> Program:
-    return make(Config(**keys), name="total", folder=Path())
+    return KIND.build(Config(**keys), name="total", folder=Path())
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_the_energy_of_forces_that_are_added_up(tmp_path: Path) -> None:
 
     def damper(damping: float) -> Kind:
         keys = {"point": "p", "anchor": [-50, 0], "damping": damping, "rest_length": 50}
-        return Kind("linear_pto", linear_pto.Config(**keys, stiffness=0))
+        return Kind("linear_pto", linear_pto.KIND.config(**keys, stiffness=0))
 
     total = Config(inputs=["a", "b"], signals={"force_x": "N", "force_z": "N"})
     parts = (

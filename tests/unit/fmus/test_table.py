@@ -11,7 +11,7 @@ from m4e_fmi.cosim import Component, Kind, Simulation, System, prepare, run
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
-from m4e_fmus.table import Config, make
+from m4e_fmus.table import KIND, Config
 
 TIMES = [0.0, 1.0, 1.0, 3.0]
 VALUES = [0.5, 1.5, 5.0, 9.0]
@@ -21,7 +21,7 @@ def program(folder: Path = Path(), **keys: Any) -> Program:
     if not keys.keys() & {"file", "times"}:
         keys["times"] = TIMES
     keys.setdefault("signals", {"f": {"unit": "kN", "values": VALUES}})
-    return make(Config(**keys), name="wind", folder=folder)
+    return KIND.build(Config(**keys), name="wind", folder=folder)
 
 
 def outputs(table: Program, time: float) -> dict[str, float]:

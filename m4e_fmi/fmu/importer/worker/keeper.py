@@ -158,8 +158,10 @@ class Keeper:
             os.waitpid(worker.process, 0)
         for folder in self._folders:
             shutil.rmtree(folder, ignore_errors=True)
-            with suppress(OSError):
-                Path(f"{folder}.lock").unlink()
+            if os.getppid() != self._master:
+                with suppress(OSError):  # others are in it: the next process removes them
+                    (above := Path(folder).parent).rmdir()
+                    Path(f"{above}.lock").unlink()
 
 
 def _told_of_ends() -> int:

@@ -111,7 +111,7 @@ def test_fairleads_of_a_ready_file_get_names_and_places(tmp_path: Path) -> None:
         config = Document.parse(f"file: lines.txt\nfairleads: {given}\n").validate(MooringConfig)
         (bow,) = mooring(config, folder=tmp_path).fairleads
         assert (bow.name, bow.x, bow.y, bow.z) == ("bow", *place)
-    source = mooring_kind.make(config, name="lines", folder=tmp_path)
+    source = mooring_kind.KIND.build(config, name="lines", folder=tmp_path)
     assert json.loads(source.data["mooring.json"])["drawn"] == [["bow", 1.0, -3.0]]
 
 

@@ -7,8 +7,8 @@ import shutil
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
+from importlib.metadata import EntryPoint
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ KIND_CODE = """\
 from typing import Any
 from m4e_fmi.files.document import Section
 from m4e_fmi.files.files_read import read_text
+from m4e_fmi.fmu import FmuKind
 from m4e_fmi.program import Recorder, Variable
 import gauge_tools
 
@@ -35,7 +36,7 @@ class Config(Section):
     anything: Any = None
     curves: dict[str, list[str]] = {{}}
 
-def make(config, *, name, folder, progress):
+def build(config, *, name, folder, progress):
     progress("warning: not calibrated")
     for path in (path for paths in config.curves.values() for path in paths):
         named = (folder / path).read_text()  # as by a library, of which m4e_fmi knows nothing
@@ -44,6 +45,8 @@ def make(config, *, name, folder, progress):
     r = Recorder(name, "a constant")
     r.output(Variable("y", "1", "the constant"), r.time * 0.0 + {factor})
     return r.program()
+
+KIND = FmuKind(Config, build)
 """
 AGAIN = ["a: warning: not calibrated"]
 """Lines of a component that is there already."""
@@ -65,7 +68,10 @@ def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Brought
         (site / name).parent.mkdir(parents=True, exist_ok=True)
         (site / name).write_text(text)
     monkeypatch.syspath_prepend(str(site))
-    found = {name: SimpleNamespace(value=f"gauge_kind.{name}") for name in ("one", "two")}
+    found = {
+        k: EntryPoint(k, f"gauge_kind.{k}:KIND", component_module.KIND_GROUP)
+        for k in ("one", "two")
+    }
     for place in (component_module, components):
         monkeypatch.setattr(place, "kinds", lambda: found)
     ours = {name: package_hash(name) for name in code_module.OWN}  # they do not change meanwhile
@@ -74,7 +80,7 @@ def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Brought
 
     def build(kind: str, *, native: bool | None = None, **config: object) -> list[str]:
         code_hash.cache_clear()
-        made = component_module.kind_module(kind).Config(**config)
+        made = component_module.kind_of(kind).config(**config)
         parts = (Component("a", Kind(kind, made)),)
         told: list[str] = []
         system = System("s", parts, (), Simulation(1.0, 0.5), folder=tmp_path)

@@ -77,13 +77,13 @@ def test_bodies_in_another_order_are_refused(
         ),
         (
             "", ("hull",), (HULL,), "'m' has no variable 'added_mass'",
-            "write 'added_mass: true' in its model at each body that is in water (bodies: small, "
+            "write 'added_mass: true' in its model at each body that has one (bodies: small, "
             "big, tower)",
         ),
         (
             "big", ("big", "small"), BOTH, "hydro.added_mass and m.added_mass differ in size",
             "rows are for big, small, and for big: write 'added_mass: true' in the model at each "
-            "body that is in water, and at no other",
+            "body that has added mass, and at no other",
         ),
     ],
 )  # fmt: skip

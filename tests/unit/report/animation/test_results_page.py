@@ -14,13 +14,13 @@ import pytest
 from support.floating_boxes import MODEL, floating_boxes
 
 from m4e_fmi.cosim import Results, Series, load, load_system, run, scene_without_build
-from m4e_fmi.cosim.system.component import kind_module
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import animate_run
 from m4e_fmi.report.animation.frames import frames_of
 from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.report.animation.scene_text import carried, scene_of_text
 from m4e_fmi.results.series import SCENE
+from m4e_fmus import sea
 
 PLANAR = """\
 name: pendulum_at_sea
@@ -195,7 +195,7 @@ def test_what_is_not_shown_as_computed_is_told(
 def test_a_kind_whose_scene_fails_does_not_stop_a_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene_of_kind: Callable[..., object], told: str
 ) -> None:
-    monkeypatch.setattr(kind_module("sea"), "scene", scene_of_kind)
+    monkeypatch.setattr(sea, "KIND", replace(sea.KIND, scene=scene_of_kind))
     text = page(planar_run(tmp_path), tmp_path)
     assert f"sea is not shown: the scene of kind &#x27;sea&#x27; {told}" in text
 

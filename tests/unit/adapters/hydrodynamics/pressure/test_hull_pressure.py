@@ -43,7 +43,7 @@ def test_a_hull_out_of_the_water_has_no_load_and_one_below_it_floats_with_all_of
 @pytest.mark.filterwarnings("error")
 def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
     text = GOOD.replace("depth: 50", "depth: 5") + "dimensions: 2\n"
-    source = hull_pressure.make(
+    source = hull_pressure.KIND.build(
         Document.parse(text).validate(HullPressureConfig),
         name="hull",
         folder=tmp_path,

@@ -10,8 +10,8 @@ from ruamel.yaml import YAML
 from support.described import described
 
 from m4e_fmi.cosim import load_system
-from m4e_fmi.cosim.preparation.doubtful_values import differing
 from m4e_fmi.cosim.wiring.links import Link, Port, Wiring
+from m4e_fmus.water.surroundings import differing
 
 GIVEN: dict[str, Any] = YAML(typ="safe").load(Path(__file__).with_name("surroundings.yaml"))
 LINK = Link(Port("hydro", "float.force_z"), Port("buoy", "body.float.force_z"), 0)

@@ -9,13 +9,13 @@ carry (`start_balance`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping
 
-from m4e_fmi.cosim.monitoring.hulls import BUOYANCY, AtStart, FloatingHull
-from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS, BodyBalance, balances
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Port, Wiring
-
-Gravity = Callable[[str], float | None]
+from m4e_fmi.fmu import Description
+from m4e_fmus.water.hulls import BUOYANCY, AtStart, FloatingHull
+from m4e_fmus.water.start_balance import ACCELERATIONS, BodyBalance, balances
 
 ANGLES = ("phi", "theta", "psi")
 OTHERS = ("x", "z", "theta", "force_z", "neutral_mass")
@@ -34,26 +34,21 @@ FAR = math.radians(15.0)
 """Trim [rad] whose value linear water does not tell."""
 SAME_MASS = 1e-6
 """Relative difference of two masses that is rounding."""
-SAME_GRAVITY = 1e-3
-"""Relative difference of two gravities that is none."""
 NOISE = 1e-3
 """Metacentric height, over the size of the body, that the panels leave uncertain."""
 
 
-def start_warnings(
-    network: AtStart, wiring: Wiring, gravity_of: Gravity = lambda _: None
-) -> tuple[str, ...]:
-    """Warnings of the floating bodies of a network at its start, one line each.
-
-    `gravity_of` tells the gravity [m/s2] of a component, if it is known.
-    """
-    hulls = list(_hulls(network, wiring))
-    found = [line for hull in hulls for line in _pose(hull)]
-    for balance in balances(network, wiring, hulls):
+def flotation(
+    _system: System, _descriptions: Mapping[str, Description], wiring: Wiring, start: AtStart
+) -> Iterator[str]:
+    """Warnings of the floating bodies of a system at its `start`, one line each."""
+    hulls = list(_hulls(start, wiring))
+    yield from (line for hull in hulls for line in _pose(hull))
+    for balance in balances(start, wiring, hulls):
         if not _is_at_rest(balance):
-            found += [*_weight(balance, gravity_of), *_trim(balance)]
-        found += _stability(balance)
-    return tuple(found)
+            yield from _weight(balance)
+            yield from _trim(balance)
+        yield from _stability(balance)
 
 
 def _is_at_rest(balance: BodyBalance) -> bool:
@@ -118,96 +113,48 @@ def _meant(hull: FloatingHull, symbol: str, now: float) -> float:
     return float(variables[f"{hull.body}.{symbol}"].start or 0.0)
 
 
-def _weight(balance: BodyBalance, gravity_of: Gravity) -> Iterator[str]:
-    """The vertical load at the start, where the still water carries something else."""
+def _weight(balance: BodyBalance) -> Iterator[str]:
+    """The vertical force that is out of balance at the start, in the reference pose."""
     buoyancy, force = balance.buoyancy, balance.force
     if force is None or abs(force) <= UNBALANCED * abs(buoyancy):
         return
-    of_them = settles = ""
-    if abs(balance.connected) > UNBALANCED * abs(force):
-        of_them = f", {balance.connected / 1e3:.5g} kN of them connected forces"
+    verb, more = ("rise", "more") if force > 0 else ("sink", "less")
+    settles = ""
     if balance.heave_stiffness > 0 and not balance.is_shared:
-        way = force / balance.heave_stiffness
-        verb = "rise" if way > 0 else "sink"
-        motion = f"it {verb}s" if balance.is_single else f"they {verb}"
-        settles = f": {motion} by {abs(way):.3g} m from there"
+        way = abs(force) / balance.heave_stiffness
+        settles = f": {f'it {verb}s' if balance.is_single else f'they {verb}'} by {way:.3g} m"
+    change = force / buoyancy * balance.neutral_mass
+    remedy = f"to float there, {abs(change):.6g} kg {more}: change mass, or the connected forces"
+    if -change >= balance.neutral_mass:
+        remedy = "the other forces exceed the buoyancy: check their connections and start values"
+    elif balance.is_single:
+        remedy += f"; {_neutral(balance.hulls[0], change)}"
+    whole = _carrying(balance)
     yield (
-        f"{_holders(balance)}: weight and connected forces are {balance.load / 1e3:.5g} kN at the "
-        f"start{of_them}, the still water carries {buoyancy / 1e3:.5g} kN in the pose that the "
-        f"coefficients are for{settles}; {_other_gravity(balance, gravity_of) or _remedy(balance)}"
+        f"{_holders(balance)}{f' {whole}' if whole else ''}: weight and connected forces are "
+        f"{(buoyancy - force) / 1e3:.5g} kN at the start, the still water carries "
+        f"{buoyancy / 1e3:.5g} kN in the pose that the coefficients are for{settles}; {remedy}"
     )
+
+
+def _neutral(hull: FloatingHull, change: float) -> str:
+    """The connection of a neutral mass with which a body that needs a `change` [kg] floats."""
+    wanted = f"{hull.holder}.neutral_mass"
+    component = hull.link.source.component
+    known = hull.network.instances[component].description.variables
+    if f"{hull.base}.neutral_mass" not in known:
+        return "'mass: neutral' is that of the displaced water, without other forces"
+    excess = hull.network.read(wanted) + change - hull.neutral_mass
+    given = f"{hull.name}.neutral_mass"
+    if abs(excess) > SAME_MASS * hull.neutral_mass:
+        given += f" {'+-'[excess < 0]} {abs(excess):.6g}"
+    return f"that is '{given} -> {wanted}'"
 
 
 def _holders(balance: BodyBalance) -> str:
     """The bodies as their component calls them."""
     first, *others = [hull.holder for hull in balance.hulls]
     return " and ".join([first, *(name.partition(".")[2] for name in others)])
-
-
-def _other_gravity(balance: BodyBalance, gravity_of: Gravity) -> str:
-    """The remedy of a gravity that is not that of the water; no text if they agree."""
-    water = balance.buoyancy / balance.neutral_mass
-    gravity = gravity_of(balance.hulls[0].link.source.component)
-    if gravity is None or math.isclose(water, gravity, rel_tol=SAME_GRAVITY):
-        return ""
-    return f"gravity of the model is {gravity:g} m/s2, of the water {water:.6g}: make them equal"
-
-
-def _remedy(balance: BodyBalance) -> str:
-    """The mass with which a body, or bodies that are joined, float in the reference pose."""
-    hull, neutral = balance.hulls[0], balance.neutral_mass
-    change = (balance.force or 0.0) / balance.buoyancy * neutral
-    if balance.mass + change <= 0:
-        return (
-            "no mass balances that, because the other forces alone exceed the buoyancy: check "
-            "their connections and start values"
-        )
-    wanted = f"{hull.base}.neutral_mass"
-    component = hull.link.source.component
-    known = hull.network.instances[component].description.variables
-    if wanted in known and balance.is_single:
-        return _neutral_remedy(hull, f"{component}.{wanted}", change, balance.carried)
-    if balance.carried or not balance.is_single:
-        whom, them, joints = "it is", "it", ""
-        if not balance.is_single:
-            whom, them, joints = "they are", "them", ": their joints carry the difference of each"
-        whole = _carrying(balance) or "together"
-        return (
-            f"if {whom} to float there, give {them} {abs(change):.6g} kg "
-            f"{'more' if change > 0 else 'less'} ({whole} now {balance.mass:.6g} kg){joints}"
-        )
-    excess = balance.mass + change - neutral
-    if abs(excess) <= UNBALANCED * neutral:
-        return (
-            f"if it is to float there, say 'mass: neutral' in its model: {hull.name}.neutral_mass "
-            f"({neutral:.6g} kg) is its mass"
-        )
-    return (
-        f"if it is to float there, its mass is {balance.mass + change:.6g} kg (now "
-        f"{balance.mass:.6g} kg): give that, or 'mass: neutral' and the connection "
-        f"'{_offset(hull, excess)} -> {component}.{wanted}', which includes the other forces"
-    )
-
-
-def _neutral_remedy(hull: FloatingHull, wanted: str, change: float, carried: Sequence[str]) -> str:
-    """The connection of the parameter `wanted`, the neutral mass of a hull, by a `change` [kg]."""
-    neutral, now = hull.neutral_mass, hull.network.read(wanted)
-    excess = now + change - neutral
-    if abs(excess) <= SAME_MASS * neutral:
-        return (
-            f"if it is to float there, its mass is its neutral mass, {neutral:.6g} kg (now "
-            f"{now:.6g} kg): give {wanted} no start value or connection"
-        )
-    others = "what it carries and the other forces" if carried else "the other forces"
-    return (
-        f"if it is to float there, its neutral mass ({neutral:.6g} kg) leaves out {others}: "
-        f"'{_offset(hull, excess)} -> {wanted}' includes them"
-    )
-
-
-def _offset(hull: FloatingHull, excess: float) -> str:
-    """The neutral mass of a hull and an `excess` [kg], as a connection writes it."""
-    return f"{hull.name}.neutral_mass {'+-'[excess < 0]} {abs(excess):.6g}"
 
 
 def _carrying(balance: BodyBalance) -> str:

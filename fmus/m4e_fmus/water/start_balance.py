@@ -17,14 +17,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from m4e_fmi.cosim.monitoring.hulls import FORCES, WRENCH, AtStart, FloatingHull, Plane
 from m4e_fmi.cosim.wiring.added_mass import added_mass_bodies, in_order
 from m4e_fmi.cosim.wiring.added_mass import group as connector
 from m4e_fmi.cosim.wiring.links import Link, Port, Wiring
+from m4e_fmus.water.hulls import FORCES, WRENCH, AtStart, FloatingHull, Plane
 
 ACCELERATIONS: dict[str, str] = dict(
     zip(FORCES, ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"), strict=True)
@@ -43,17 +42,13 @@ class BodyBalance:
 
     `force` and `moment` are out of balance [N, N.m]: load and buoyancy in the reference pose, in
     heave and in the turn of all bodies as one, the moment about their middle and in the water's
-    sense. They are None where joints forbid that motion. `load` is the vertical one downwards [N],
-    `connected` its part by connected forces, `mass` what it accelerates, without the added mass
-    [kg]. `carried` are the bodies outside of the water that move with the hulls. `top_weight` is
-    the sum of all masses times their heights over the middle of the hulls [kg.m]; None if unknown.
+    sense. They are None where joints forbid that motion. `carried` are the bodies outside of the
+    water that move with the hulls. `top_weight` is the sum of all masses times their heights over
+    the middle of the hulls [kg.m]; None if unknown.
     `is_shared` if other components, as members, add to the forces of the water on them.
     """
 
     hulls: tuple[FloatingHull, ...]
-    load: float = 0.0
-    connected: float = 0.0
-    mass: float = 0.0
     force: float | None = None
     moment: float | None = None
     carried: tuple[str, ...] = ()
@@ -211,20 +206,6 @@ class _Mobility:
     def _read(self, names: Sequence[str]) -> np.ndarray:
         return np.array([float(self.network.read(f"{self.component}.{name}")) for name in names])
 
-    @cached_property
-    def connected(self) -> np.ndarray:
-        """Accelerations (m,) by the connected forces, without those of the water."""
-        total = np.zeros(len(self.outputs))
-        for link in self.wiring.all_links:
-            component, name = link.target.component, link.target.variable
-            if component != self.component or link.source in self.of_water or not link.is_real:
-                continue
-            last = name.rpartition(".")[2]
-            if last in FORCES or last.startswith("effort"):
-                value = link.factor * float(self.network.read(str(link.source))) + link.offset
-                total += self._derivatives(name) * value
-        return total
-
     def groups(self) -> list[list[int]]:
         """Indices of the bodies that joints join, where any of them is a hull."""
         left, found = set(range(len(self.bodies))), []
@@ -273,9 +254,6 @@ class _Mobility:
             load = motion @ wrench - c @ acceleration
             found = replace(
                 found,
-                load=float(load),
-                connected=-float(c @ self.connected),
-                mass=float(c @ motion) - self._added_mass(hulls, heave, heave),
                 force=float(heave @ buoyancy - load),
                 carried=found.carried if whole else (),
             )

@@ -1,0 +1,37 @@
+"""Checks of systems with components in water, which their kinds share.
+
+`doubles` finds loads that two components have on one body, `surroundings` waters, seas and
+gravities that differ; `flotation` looks at the start of a run, by the bodies in `hulls` and the
+forces that `start_balance` finds on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.links import Wiring
+from m4e_fmi.fmu import Description
+from m4e_fmus.water.doubles import double_buoyancy, double_drag, double_load_problems
+from m4e_fmus.water.flotation import flotation
+from m4e_fmus.water.surroundings import differing
+
+__all__ = ["CHECKS"]
+
+
+def _doubts(
+    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+) -> Iterator[str]:
+    """Warnings of what is known before the run."""
+    yield from differing(system, descriptions, wiring)
+    yield from double_drag(system, descriptions, wiring)
+    yield from double_buoyancy(system, wiring)
+
+
+CHECKS: dict[str, Any] = {
+    "problems": double_load_problems,
+    "doubts": _doubts,
+    "doubts_at_start": flotation,
+}
+"""Those of `m4e_fmi.fmu.FmuKind`, by its names."""
