@@ -6,7 +6,7 @@ import io
 
 from matplotlib.figure import Figure
 
-from m4e_fmi.report.drawing.pictures import DOTS_PER_INCH
+from m4e_fmi.report.drawing.style import DOTS_PER_INCH
 
 
 class ShownFigure(Figure):

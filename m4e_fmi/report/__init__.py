@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 from m4e_fmi.lazy import lazy
 
 if TYPE_CHECKING:
+    from m4e_fmi.report.animation.animate import animate
     from m4e_fmi.report.animation.results_page import animate_run
-    from m4e_fmi.report.charts.difference_figure import plot_differences
-    from m4e_fmi.report.drawing.animation import animate
     from m4e_fmi.report.drawing.decay_figure import plot_decay
+    from m4e_fmi.report.drawing.difference_figure import plot_differences
     from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
     from m4e_fmi.report.drawing.hydro_figure import plot_hydro
     from m4e_fmi.report.drawing.motion import plot_modes
-    from m4e_fmi.report.drawing.pictures import check_picture_path
     from m4e_fmi.report.drawing.schematic import draw_model, model_figure
+    from m4e_fmi.report.drawing.style import check_picture_path
     from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
     from m4e_fmi.report.drawing.wave_figure import plot_waves
     from m4e_fmi.report.files import write_simulation
@@ -97,13 +97,13 @@ __all__ = [
 
 _MODULES = {
     "animation.results_page": ("animate_run",),
-    "charts.difference_figure": ("plot_differences",),
-    "drawing.animation": ("animate",),
+    "drawing.difference_figure": ("plot_differences",),
+    "animation.animate": ("animate",),
     "drawing.decay_figure": ("plot_decay",),
     "drawing.figures": ("plot_run", "plot_simulation"),
     "drawing.hydro_figure": ("plot_hydro",),
     "drawing.motion": ("plot_modes",),
-    "drawing.pictures": ("check_picture_path",),
+    "drawing.style": ("check_picture_path",),
     "drawing.schematic": ("draw_model", "model_figure"),
     "drawing.system_graph": ("draw_system", "system_figure"),
     "drawing.wave_figure": ("plot_waves",),

@@ -23,7 +23,7 @@ from m4e_adapters.hydrodynamics.stability_report import (
 )
 from m4e_fmi.program import Program
 from m4e_fmi.report.animation.shown import Shown
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 
 __all__ = [
     "TAKES_LONG",

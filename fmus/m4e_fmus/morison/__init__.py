@@ -12,7 +12,7 @@ from m4e_adapters.morison.stability import stability_of
 from m4e_adapters.morison.waves import MemberWaves
 from m4e_fmi.program import Program
 from m4e_fmi.report.animation.shown import Shown
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 
 Config = MorisonConfig
 

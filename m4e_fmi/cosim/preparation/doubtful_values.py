@@ -24,7 +24,7 @@ from m4e_fmi.cosim.wiring.links import BondAxis, Link, Port, Wiring, conversion
 from m4e_fmi.cosim.wiring.structure import Structure, Transfer
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 
 RAMP = "ramp_time"
 """Last word of parameters that are the time in which a sea grows from nothing [s]."""

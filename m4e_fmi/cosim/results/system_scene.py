@@ -17,17 +17,18 @@ from m4e_fmi.model import load_model
 from m4e_fmi.report.animation.of_model import scene_of_model, shifted
 from m4e_fmi.report.animation.scene import (
     COORDINATES,
+    GROUND,
     Body,
     Cable,
     Followed,
     Place,
     Rope,
     Scene,
+    Spot,
     Value,
     Water,
 )
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable, ShownHull, ShownRope
-from m4e_fmi.report.drawing.space.hinges import GROUND, Spot
 
 SCENE = "scene"
 """Function of a kind that tells what it shows: docs/adapters.md."""

@@ -23,12 +23,13 @@ from m4e_fmi.report.animation.scene import (
     Place,
     Rope,
     Scene,
+    Spot,
     Train,
+    Triple,
     Value,
     Water,
 )
-from m4e_fmi.report.drawing.space.hinges import Spot, Triple
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 from m4e_fmi.results.series import SCENE
 
 FORMAT = 1

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.report.drawing.labels import shortened
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import COLOURS, GREY, GRID
+from m4e_fmi.report.drawing.style import COLOURS, GREY, plain, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,10 +33,7 @@ def plot_decay(decay: Decay, motion: Measured, picture: str | Path) -> Path:
     _draw_residual(residual, decay, motion.unit)
     _draw_damping(damping, decay, motion.unit)
     for axis in (record, residual, damping):
-        axis.grid(color=GRID, lw=0.6)
-        axis.tick_params(labelsize=8, colors=GREY)
-        for side in ("top", "right"):
-            axis.spines[side].set_visible(False)
+        plain(axis)
     period, ratio = decay.period, decay.damping_ratio
     figure.suptitle(
         f"{shortened(motion.path.name)}, {shortened(motion.name)}: period {period} s, "

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import COLOURS, GREY, GRID, INK
+from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, plain, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,12 +40,9 @@ def plot_hydro(data: HydrodynamicData, picture: str | Path) -> Path:
     for k, row in zip(rows, axes, strict=False):
         _draw_motion(data, k, row)
     for axis in axes.flat:
-        axis.grid(color=GRID, lw=0.6)
-        axis.tick_params(labelsize=8, colors=GREY)
+        plain(axis)
         axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
         axis.yaxis.get_offset_text().set(size=8, color=GREY)
-        for side in ("top", "right"):
-            axis.spines[side].set_visible(False)
     for head, axis in zip(HEADS, axes[0], strict=True):
         axis.set_title(head, fontsize=10, color=INK, pad=14)
     for column, axis in enumerate(axes[-1]):

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.report.drawing.labels import Box, covering, shortened
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
+from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale, save
 from m4e_fmi.report.graph import TIMINGS, Arrow, Graph, GraphComponent, graph_of
 
 if TYPE_CHECKING:

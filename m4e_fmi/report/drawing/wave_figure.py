@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.report.drawing.labels import shortened
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, GRID
+from m4e_fmi.report.drawing.style import BODY_COLOURS, plain, save
 from m4e_fmi.units import POWER
 
 if TYPE_CHECKING:
@@ -33,10 +32,7 @@ def plot_waves(response: WaveResponse, picture: str | Path) -> Path:
     for group, row in zip(groups, rows, strict=False):
         _draw(response, group, row)
     for axis in rows.flat:
-        axis.grid(color=GRID, lw=0.6)
-        axis.tick_params(labelsize=8, colors=GREY)
-        for side in ("top", "right"):
-            axis.spines[side].set_visible(False)
+        plain(axis)
         axis.set_xlabel("wave period [s]", fontsize=9)
     waves = f"waves of {response.height:g} m" if response.height else "small waves"
     figure.suptitle(f"{response.point.program.name}: response to {waves}", fontsize=11)

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.report.drawing.labels import shortened
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import COLOURS, GREY, GRID
+from m4e_fmi.report.drawing.style import COLOURS, GREY, plain, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,10 +28,7 @@ def plot_differences(found: Comparison, picture: Path) -> Path:
         _draw_records(records, one, found)  # without rows in common: empty axes
         _draw_difference(differences, one, found)
     for axis in grid.flat:
-        axis.grid(color=GRID, lw=0.6)
-        axis.tick_params(labelsize=8, colors=GREY)
-        for side in ("top", "right"):
-            axis.spines[side].set_visible(False)
+        plain(axis)
     grid[0, 0].legend(
         fontsize=8, frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0
     )
