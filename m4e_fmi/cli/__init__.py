@@ -38,9 +38,7 @@ from m4e_fmi.cli import (
     validate,
 )
 from m4e_fmi.cli.of_results import compare, decay, report
-from m4e_fmi.cli.shared.events import Failed
-from m4e_fmi.cli.shared.log import fail
-from m4e_fmi.cli.shared.log_handlers import Log, logged
+from m4e_fmi.cli.shared.log import fail, logged, tell_event
 from m4e_fmi.cli.shared.options import EXIT_FAILED
 from m4e_fmi.cli.shared.output import Clean, clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
@@ -73,19 +71,18 @@ def _run(arguments: Sequence[str] | None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     options.given = shlex.join(["m4e-fmi", *words])
     try:
-        with logged() as log:
-            code = _done(options, words, log)
-            log.end(code)
+        with logged(options, words):
+            code = _done(options, words)
+            tell_event("end", exit_code=code)
     except OSError as error:  # events that have not been written
         print(f"failed: {error}", file=sys.stderr)
         return EXIT_FAILED
     return code
 
 
-def _done(options: argparse.Namespace, words: Sequence[str], log: Log) -> int:
+def _done(options: argparse.Namespace, words: Sequence[str]) -> int:
     """The exit code of a command that is done, or whose error is told."""
     try:
-        log.open(options, words)
         with ending_cleanly():
             code = options.command(options) or 0
             cast("Clean", sys.stdout).complain()
@@ -114,7 +111,7 @@ def _done(options: argparse.Namespace, words: Sequence[str], log: Log) -> int:
 
 def _failed(code: int, text: str, error: BaseException, kind: str) -> int:
     """The exit code, after the error is told."""
-    fail(text, Failed.of(error, kind, text))
+    fail(text, error, kind)
     return code
 
 

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.cli.shared.events import Written
-from m4e_fmi.cli.shared.log import print_files, say, show
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, print_files, say, show
 from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
     Commands,
@@ -208,7 +206,7 @@ def _build_system(options: argparse.Namespace) -> None:
     system = load_system(options.source)
     files = fmu_files(system, options.build_folder, native=options.native, tell=say)
     for name, path in files.items():
-        show(f"{name}: {path}", Written(str(path)))
+        show(f"{name}: {path}", "file", path=str(path))
     if options.ssp:
         from m4e_fmi.cosim import save_system
 

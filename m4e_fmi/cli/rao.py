@@ -8,8 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import count, print_files, show, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     Commands,

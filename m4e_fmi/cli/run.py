@@ -10,9 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import print_files, say, show, tell_event, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, print_files, progress, say, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
     Commands,
     Gathered,
@@ -30,7 +28,6 @@ from m4e_fmi.cli.shared.options import (
     start_values,
     tell_equations,
 )
-from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
 from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 
@@ -212,14 +209,24 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     report = report_file(options, system.name)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     checkpoint_to_resume(output, options.resume, check=options.check)
-    tell_event(_plan(system, output))
+    times = system.simulation
+    tell_event(
+        "plan",
+        name=system.name,
+        method=times.algorithm,
+        start_time=times.start_time,
+        stop_time=times.stop_time,
+        step_size=times.step_size,
+        output_interval=times.output_interval or times.step_size,
+        components=[component.name for component in system.components],
+        results=str(output),
+    )
     program = system_program(system) if options.reference else None
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
     count, links = len(system.components), len(prepared.wiring.links)
     show(f"{system.name}: {count} FMUs, {links} connected variables")
-    times = system.simulation
     animated = animation is not None or (
         report is not None
         and system_scene(prepared.system, prepared.descriptions, prepared.wiring) is not None
@@ -247,7 +254,8 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
             certify=options.certify,
             animated=animated,
         )
-    show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
+    numbers, variables = run_numbers(outcome)
+    show(run_summary(outcome, told), "summary", numbers=numbers, variables=variables)
     _write_beside(outcome, (output, file), program, animation, report, options)
 
 
@@ -264,7 +272,9 @@ def _shown_if_it_fails(
     try:
         yield
     except ExportError as error:
-        show(run_summary(error.outcome, told), Summary(*run_numbers(error.outcome)))
+        numbers, variables = run_numbers(error.outcome)
+        text = run_summary(error.outcome, told)
+        show(text, "summary", numbers=numbers, variables=variables)
         print_files(filter(None, [error.outcome.path]))
         sys.stdout.flush()
         raise
@@ -315,17 +325,3 @@ def _changed(output: Path) -> int:
 
     stream = stream_of(output)
     return stream.stat().st_mtime_ns if stream.is_file() else 0
-
-
-def _plan(system: System, output: Path) -> Plan:
-    times = system.simulation
-    return Plan(
-        name=system.name,
-        method=times.algorithm,
-        start_time=times.start_time,
-        stop_time=times.stop_time,
-        step_size=times.step_size,
-        output_interval=times.output_interval or times.step_size,
-        components=[component.name for component in system.components],
-        results=str(output),
-    )

@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import print_files, show, tell_event, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, print_files, progress, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     Commands,
@@ -32,7 +30,6 @@ from m4e_fmi.cli.shared.options import (
     report_file,
     start_values,
 )
-from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
 
@@ -132,7 +129,7 @@ def _source(options: argparse.Namespace) -> _Source:
 
     Times that are not given become those of the system, or the default.
     """
-    from m4e_fmi.report.run_report.inputs import input_file
+    from m4e_fmi.report.run_report.record import input_file
 
     stop_time, interval = 10.0, 0.01
     if is_system(options.model):
@@ -188,14 +185,27 @@ def _simulate_to(
     from m4e_fmi.program import Program
     from m4e_fmi.report import simulation_numbers, simulation_summary, write_simulation
     from m4e_fmi.simulate.limits import limits_left
+    from m4e_fmi.simulate.simulation import FIXED
 
-    tell_event(_plan(source, output, options))
+    fixed = options.method == FIXED
+    tell_event(
+        "plan",
+        name=source.name,
+        method=options.method,
+        start_time=0.0,
+        stop_time=options.stop_time,
+        step_size=(options.step_size or options.output_interval) if fixed else 0.0,
+        output_interval=options.output_interval,
+        components=[],
+        results=str(output),
+    )
     result = _simulated(output, source, options)
     for line in limits_left(result):
         warn(f"warning: {line}")
     files = write_simulation(result, output, scene=source.scene_of(result), inputs=source.inputs)
     summary, model = simulation_summary(result), source.equations
-    show(summary, Summary(*simulation_numbers(result)))
+    numbers, variables = simulation_numbers(result)
+    show(summary, "summary", numbers=numbers, variables=variables)
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
         show(f"  note: joint {name!r} starts where the parameters in the file put it")
     print_files(files)
@@ -291,22 +301,6 @@ def _write_partial(
         if report:
             print_files([report_of_run(files[0], report, command=options.given)])
     return f"results until t = {simulation.time[-1]:.9g} s are in {files[-1]} ({count})"
-
-
-def _plan(source: _Source, output: Path, options: argparse.Namespace) -> Plan:
-    from m4e_fmi.simulate.simulation import FIXED
-
-    fixed = options.method == FIXED
-    return Plan(
-        name=source.name,
-        method=options.method,
-        start_time=0.0,
-        stop_time=options.stop_time,
-        step_size=(options.step_size or options.output_interval) if fixed else 0.0,
-        output_interval=options.output_interval,
-        components=[],
-        results=str(output),
-    )
 
 
 def _unmoved(model: Model, given: Iterable[str]) -> list[str]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files, say, show, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
 from m4e_fmi.cli.shared.options import (
     EXIT_FAILED,
     REPORT,
@@ -15,7 +14,6 @@ from m4e_fmi.cli.shared.options import (
     add_no_plot,
     add_report,
 )
-from m4e_fmi.cli.shared.progress import runs_progress
 from m4e_fmi.errors import InputError
 
 
