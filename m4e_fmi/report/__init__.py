@@ -32,8 +32,12 @@ if TYPE_CHECKING:
     from m4e_fmi.report.text.fmu_text import fmu_text
     from m4e_fmi.report.text.hydro_text import hydro_json, hydro_text
     from m4e_fmi.report.text.linear_text import linear_json, linear_text
-    from m4e_fmi.report.text.run_numbers import run_numbers, simulation_numbers
-    from m4e_fmi.report.text.summaries import run_summary, simulation_summary
+    from m4e_fmi.report.text.summaries import (
+        run_numbers,
+        run_summary,
+        simulation_numbers,
+        simulation_summary,
+    )
     from m4e_fmi.report.text.tables import model_tables
     from m4e_fmi.report.text.validation_text import validation_text
     from m4e_fmi.report.text.wave_text import (
@@ -118,8 +122,12 @@ _MODULES = {
     "text.fmu_text": ("fmu_text",),
     "text.hydro_text": ("hydro_json", "hydro_text"),
     "text.linear_text": ("linear_json", "linear_text"),
-    "text.run_numbers": ("run_numbers", "simulation_numbers"),
-    "text.summaries": ("run_summary", "simulation_summary"),
+    "text.summaries": (
+        "run_numbers",
+        "run_summary",
+        "simulation_numbers",
+        "simulation_summary",
+    ),
     "text.tables": ("model_tables",),
     "text.validation_text": ("validation_text",),
     "text.wave_text": (
