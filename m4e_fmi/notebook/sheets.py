@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -195,7 +194,7 @@ def _modes(modes: Modes) -> Sheet:
     return sheet
 
 
-SHEETS: dict[type, Callable[[Any], Sheet]] = {
+SHEETS: dict[type, Callable[..., Sheet]] = {
     Model: _model,
     Equations: _equations,
     System: _system,
