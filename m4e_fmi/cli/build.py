@@ -10,10 +10,7 @@ from typing import TYPE_CHECKING, Any
 from m4e_fmi.cli.shared.log import add_log, print_files, say, show
 from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
-    Commands,
-    add_build_folder,
-    add_native,
-    add_open,
+    add_options,
     is_system,
     load_model,
     load_program,
@@ -39,11 +36,14 @@ ARGUMENTS = {
 """Arguments of `build_fmu` that are options here, with their defaults."""
 
 
-def add(commands: Commands) -> None:
-    """Add `build` to the command line."""
-    command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `build`."""
     command.add_argument("source", type=Path, help=f"{MODEL_FILE}, or a system file")
-    add_native(command, "no Python inside, model exchange too; default for a system, not a model")
+    add_options(
+        command,
+        "--native",
+        help="no Python inside, model exchange too; default for a system, not a model",
+    )
     of_model = command.add_argument_group("of a model, and with --single")
     of_model.add_argument(
         "--fmi", choices=("2", "3"), help="version of the standard; 3 of native FMUs; default 2"
@@ -82,8 +82,7 @@ def add(commands: Commands) -> None:
         help="for a system: one FMU of the whole, its equations connected to one program; takes "
         "the options of a model",
     )
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     add_log(command)
     command.set_defaults(command=_run, **ARGUMENTS)
 

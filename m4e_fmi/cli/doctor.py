@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from m4e_fmi.cli.shared.options import EXIT_FAILED, Commands
+from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 
-def add(commands: Commands) -> None:
-    """Add `doctor` to the command line."""
-    command = commands.add_parser("doctor", help="report what is installed and what is missing")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `doctor`."""
     command.add_argument("--json", action="store_true", help="print findings as JSON")
     command.set_defaults(command=_run)
 

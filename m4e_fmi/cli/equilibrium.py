@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
-    Commands,
-    add_build_folder,
-    add_open,
-    add_start_values,
+    add_options,
     finite,
     load_equations,
     pairs,
@@ -26,14 +23,10 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: Commands) -> None:
-    """Add `equilibrium` to the command line."""
-    command = commands.add_parser(
-        "equilibrium", help="where a model or a system is at rest, and the forces there"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `equilibrium`."""
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     command.add_argument(
         "--nearest",
         action="store_true",
@@ -57,7 +50,7 @@ def add(commands: Commands) -> None:
         help="parameters or inputs that are changed for that, one for each value",
     )
     command.add_argument("--time", type=finite, default=0.0, metavar="S", help="default 0 s")
-    add_start_values(command, "NAME")
+    add_options(command, "--start-value")
     command.add_argument("--json", action="store_true", help="print all values as JSON")
     command.set_defaults(command=_run)
 

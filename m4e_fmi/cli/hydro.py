@@ -9,14 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.log import add_log, count, print_files, show
-from m4e_fmi.cli.shared.options import (
-    BUILD_FOLDER,
-    Commands,
-    add_no_plot,
-    finite,
-    is_system,
-    load_system,
-)
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite, is_system, load_system
 from m4e_fmi.errors import YAML_SUFFIXES, InputError, suggestion
 
 if TYPE_CHECKING:
@@ -29,12 +22,8 @@ DATA, CONFIG, REFINE = "hydrodynamic_data", "config_of_file", "refine"
 SYSTEMS = (*YAML_SUFFIXES, ".json", ".ssp")
 
 
-def add(commands: Commands) -> None:
-    """Add `hydro` to the command line."""
-    command = commands.add_parser(
-        "hydro",
-        help="hydrodynamic coefficients: tables, pictures, consistency",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `hydro`."""
     command.add_argument(
         "source",
         type=Path,
@@ -47,7 +36,7 @@ def add(commands: Commands) -> None:
     command.add_argument(
         "--depth", type=finite, metavar="M", help="of a file: depth of the water, if it lacks one"
     )
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    add_options(command, "--json")
     command.add_argument(
         "--output-file",
         type=Path,
@@ -59,7 +48,7 @@ def add(commands: Commands) -> None:
         action="store_true",
         help="of a system: convergence with finer panels, and the errors of each mesh",
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     add_log(command)
     command.set_defaults(command=_run)
 

@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.cli.shared.log import add_log, count, print_files, show, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
-    Commands,
-    add_build_folder,
-    add_no_plot,
-    add_open,
-    add_start_values,
+    add_options,
     finite,
     is_system,
     load_in_waves,
@@ -34,12 +30,10 @@ ENHANCEMENT = 3.3
 FEW, MOST = 2, 100_000
 
 
-def add(commands: Commands) -> None:
-    """Add `rao` to the command line."""
-    command = commands.add_parser("rao", help="response of a system to waves; statistics in a sea")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `rao`."""
     command.add_argument("model", type=Path, metavar="system", help="a system file")
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     command.add_argument(
         "--periods",
         nargs="+",
@@ -80,12 +74,11 @@ def add(commands: Commands) -> None:
         action="store_true",
         help="simulate the wave with the largest third harmonic, or an hour of the sea, beside it",
     )
-    add_start_values(command, "NAME")
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    add_options(command, "--start-value", "--json")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_rao.nc"
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     add_log(command)
     command.set_defaults(command=_run)
 

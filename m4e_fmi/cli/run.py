@@ -12,15 +12,8 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.log import add_log, print_files, progress, say, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
-    Commands,
     Gathered,
-    add_animate,
-    add_build_folder,
-    add_native,
-    add_no_plot,
-    add_output_file,
-    add_report,
-    add_start_values,
+    add_options,
     animation_file,
     load_system,
     output_file,
@@ -37,19 +30,19 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: Commands) -> None:
-    """Add `run` to the command line."""
-    command = commands.add_parser("run", help="co-simulate a system of FMUs")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `run`."""
     command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
     _add_course(command)
     _add_modes(command)
-    add_animate(command, "write an animation (.html)")
-    add_report(command)
-    add_no_plot(command)
-    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
-    add_start_values(command, "COMPONENT.VARIABLE")
-    add_output_file(command)
-    add_build_folder(command)
+    add_options(command, "--animate", "--report", "--no-plot")
+    add_options(
+        command,
+        "--native",
+        help="build native FMUs of models and other programs (default), or Python ones",
+    )
+    add_options(command, "--start-value", metavar=("COMPONENT.VARIABLE", "VALUE"))
+    add_options(command, "--output-file", "--build-folder")
     add_log(command, events=True)
     command.set_defaults(command=_run)
 

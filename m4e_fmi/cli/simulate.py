@@ -13,14 +13,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.cli.shared.log import add_log, print_files, progress, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
-    Commands,
-    add_animate,
-    add_build_folder,
-    add_no_plot,
-    add_open,
-    add_output_file,
-    add_report,
-    add_start_values,
+    add_options,
     animation_file,
     is_system,
     load_only_model,
@@ -42,14 +35,10 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
-def add(commands: Commands) -> None:
-    """Add `simulate` to the command line."""
-    command = commands.add_parser(
-        "simulate", help="simulate one model, or a system as one program, in this process"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `simulate`."""
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     for flag, text in (("--stop-time", "10 s"), ("--output-interval", "0.01 s")):
         command.add_argument(
             flag, type=float, metavar="S", help=f"default {text}; of a system as in its file"
@@ -68,11 +57,13 @@ def add(commands: Commands) -> None:
         ("--stop-at", "end when this output or state changes sign"),
     ):
         command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
-    add_start_values(command, "NAME")
-    add_output_file(command)
-    add_animate(command, "write an animation (.html, of a model also .gif)")
-    add_report(command)
-    add_no_plot(command)
+    add_options(command, "--start-value", "--output-file")
+    add_options(
+        command,
+        "--animate",
+        help="write an animation (.html, of a model also .gif); default build/NAME.html",
+    )
+    add_options(command, "--report", "--no-plot")
     command.add_argument(
         "--variables",
         nargs="+",

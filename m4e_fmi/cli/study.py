@@ -6,20 +6,12 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
-from m4e_fmi.cli.shared.options import (
-    EXIT_FAILED,
-    REPORT,
-    Commands,
-    add_build_folder,
-    add_no_plot,
-    add_report,
-)
+from m4e_fmi.cli.shared.options import EXIT_FAILED, REPORT, add_options
 from m4e_fmi.errors import InputError
 
 
-def add(commands: Commands) -> None:
-    """Add `study` to the command line."""
-    command = commands.add_parser("study", help="many runs: sea states, parameters, samples")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `study`."""
     command.add_argument("study", type=Path, help="a study file (YAML)")
     command.add_argument(
         "--dry-run",
@@ -35,15 +27,20 @@ def add(commands: Commands) -> None:
     command.add_argument(
         "--fresh", action="store_true", help="make all runs, also those kept from earlier studies"
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     command.add_argument(
         "--output-file",
         type=Path,
         metavar="FILE",
         help="the result (.nc, or .csv as a long table); default build/NAME.nc",
     )
-    add_report(command, "maps, curves, scatter, numbers and series")
-    add_build_folder(command)
+    add_options(
+        command,
+        "--report",
+        help="write a report (.html): maps, curves, scatter, numbers and series in one file; "
+        "default build/NAME.report.html",
+    )
+    add_options(command, "--build-folder")
     add_log(command, events=True)
     command.set_defaults(command=_run)
 

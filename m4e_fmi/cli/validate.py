@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from m4e_fmi.cli.shared.options import EXIT_FAILED, Commands
+from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 EPILOG = (
     "Exit code 1 if there are errors, or a check failed to run; warnings and notes leave it at 0. "
@@ -14,11 +14,9 @@ EPILOG = (
 )
 
 
-def add(commands: Commands) -> None:
-    """Add `validate` to the command line."""
-    command = commands.add_parser(
-        "validate", help="check FMUs: their descriptions and their behaviour", epilog=EPILOG
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `validate`."""
+    command.epilog = EPILOG
     command.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
     command.add_argument("--json", action="store_true", help="print the findings as JSON")
     for flag, text in (("--only", "check this group only"), ("--skip", "leave this group out")):

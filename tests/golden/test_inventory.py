@@ -84,7 +84,7 @@ def options() -> Iterator[str]:
     """Arguments of each command; what has no default must be given."""
     commands = argparse.ArgumentParser().add_subparsers()
     for command in COMMANDS:
-        command.add(commands)
+        command.add(commands.add_parser(command.__name__.rpartition(".")[2]))
     for name, parser in commands.choices.items():
         for action in parser._actions:
             choices = ", ".join(map(str, action.choices)) if action.choices else ""

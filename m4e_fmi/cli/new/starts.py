@@ -14,7 +14,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import Commands
 from m4e_fmi.errors import InputError, Problem
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -100,11 +99,8 @@ KINDS = {
 }  # fmt: skip
 
 
-def add(commands: Commands) -> None:
-    """Add `new` to the command line."""
-    command = commands.add_parser(
-        "new", help="write a working start: a model, a system, a controller"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `new`."""
     kinds = "; ".join(f"{name}: {kind.text}" for name, kind in KINDS.items())
     command.add_argument("kind", choices=tuple(KINDS), help=kinds)
     command.add_argument("name", metavar="NAME", help="letters, digits and _, as my_buoy")

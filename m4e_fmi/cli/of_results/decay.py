@@ -6,15 +6,12 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, Commands, add_no_plot, finite
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite
 from m4e_fmi.errors import InputError, Problem, RunError
 
 
-def add(commands: Commands) -> None:
-    """Add `decay` to the command line."""
-    command = commands.add_parser(
-        "decay", help="period, linear and quadratic damping of a recorded free decay"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `decay`."""
     command.add_argument(
         "record", type=Path, metavar="FILE", help="a table with a time, or results (netCDF)"
     )
@@ -33,11 +30,11 @@ def add(commands: Commands) -> None:
         ("--stiffness", "or the stiffness"),
     ):
         command.add_argument(flag, type=finite, default=0.0, metavar="SI", help=text)
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    add_options(command, "--json")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_decay.png"
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     command.set_defaults(command=_run)
 
 
