@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from m4e_fmi.cli.shared.log import show_result
 from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 
@@ -14,12 +15,8 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    import json
-
     from m4e_fmi import doctor
 
     findings = doctor.examine()
-    print(
-        json.dumps(doctor.as_json(findings), indent=2) if options.json else doctor.report(findings)
-    )
+    show_result(doctor.report(findings), doctor.as_json(findings), options)
     return EXIT_FAILED if any(f.needed and not f.ok for f in findings) else 0

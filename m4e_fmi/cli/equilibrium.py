@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cli.shared.log import note, show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
@@ -56,8 +56,6 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    import json
-
     from m4e_fmi.analysis.rest_notes import rest_notes
     from m4e_fmi.report import equilibrium_text, equilibrium_values
 
@@ -68,12 +66,11 @@ def _run(options: argparse.Namespace) -> None:
         also = "" if options.nearest else "; or take --nearest, which finds unstable ones, too"
         raise RunError(error.message, error.remedy + also) from None
     notes = rest_notes(point)
+    text = equilibrium_text(point, varied=options.vary, notes=notes)
+    show_result(text, equilibrium_values(point), options)
     if options.json:
-        print(json.dumps(equilibrium_values(point), indent=2))
-        for note in notes:
-            print(f"note: {note}", file=sys.stderr)
-    else:
-        print(equilibrium_text(point, varied=options.vary, notes=notes))
+        for line in notes:
+            note(f"note: {line}")
 
 
 def _found(

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import add_log, count, print_files, show
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show_result
 from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite, is_system, load_system
 from m4e_fmi.errors import YAML_SUFFIXES, InputError, suggestion
 
@@ -62,8 +62,6 @@ def _run(options: argparse.Namespace) -> None:
     if options.refine:
         _refine(options)
         return
-    import json
-
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.files.writing import check_suffix
     from m4e_fmi.report import hydro_json, hydro_text, plot_hydro, write_hydro
@@ -73,15 +71,11 @@ def _run(options: argparse.Namespace) -> None:
     of_system = options.source.suffix.lower() in SYSTEMS
     data = _of_system(options) if of_system else _of_file(options)
     output = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(data.title)}_hydro.nc"
-    if options.json:
-        print(json.dumps(hydro_json(data), indent=2))
-    else:
-        show(hydro_text(data))
+    show_result(hydro_text(data), hydro_json(data), options)
     files = [write_hydro(data, output)]
     if not options.no_plot:
         files.append(plot_hydro(data, output.with_suffix(".png")))
-    if not options.json:
-        print_files(files)
+    print_files(files, options)
 
 
 def _of_file(options: argparse.Namespace) -> HydrodynamicData:
@@ -109,8 +103,6 @@ def _kinds() -> list[ModuleType]:
 
 def _refine(options: argparse.Namespace) -> None:
     """Print a convergence study of a component in water."""
-    import json
-
     if options.source.suffix.lower() not in SYSTEMS:
         message = f"{options.source}: --refine is of a system, not of a file of coefficients"
         raise InputError.single(message, "give a system file with shapes or meshes of bodies")
@@ -126,10 +118,7 @@ def _refine(options: argparse.Namespace) -> None:
         text, numbers = module.refine(config, folder=system.folder, progress=count)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
-    if options.json:
-        print(json.dumps(numbers, indent=2))
-    else:
-        show(text)
+    show_result(text, numbers, options)
 
 
 def _of_system(options: argparse.Namespace) -> HydrodynamicData:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files, say
+from m4e_fmi.cli.shared.log import print_files, say, show_result
 from m4e_fmi.cli.shared.options import add_options, is_system, load_model, load_system
 from m4e_fmi.errors import InputError
 
@@ -39,14 +39,10 @@ def _run(options: argparse.Namespace) -> None:
         _stability(options)
         return
     is_fmu = options.source.suffix.lower() == ".fmu"
-    if is_fmu and options.json:
-        import json
-
+    if is_fmu:
         from m4e_fmi.fmu import fmu_contents
 
-        print(json.dumps(fmu_contents(options.source), indent=2))
-    elif is_fmu:
-        print(fmu_text(options.source))
+        show_result(fmu_text(options.source), fmu_contents(options.source), options)
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
         from m4e_fmi.cosim.preparation.components import waiting

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.log import print_files, show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
@@ -66,13 +66,9 @@ def _run(options: argparse.Namespace) -> None:
         model, at=at, time=options.time, inputs=options.inputs or (), outputs=options.outputs
     )
     found = modes(linear)
-    if options.json:
-        print(json.dumps(linear_json(linear, found), indent=2))
-    else:
-        print(linear_text(linear, found, title=POINTS[options.at]))
+    values = linear_json(linear, found)
+    show_result(linear_text(linear, found, title=POINTS[options.at]), values, options)
     if options.output_file:
-        text = json.dumps(linear_json(linear, found), indent=2)
         with written(options.output_file) as part:
-            part.write_text(text + "\n", encoding="utf-8")
-        if not options.json:
-            print_files([options.output_file])
+            part.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+        print_files([options.output_file], options)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import add_log, count, print_files, show, warn
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show, show_result, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     add_options,
@@ -219,8 +219,6 @@ def _tell(
 
     `settled` are the components that were the same law at rest in both.
     """
-    import json
-
     from m4e_fmi.report import comparison_json, comparison_text
 
     if not options.json:
@@ -229,10 +227,9 @@ def _tell(
     if options.check:
         found, title = check()
         values["check"] = comparison_json(found, title=title, settled=settled)
-        if not options.json:
-            show(comparison_text(found, title=title, settled=settled))
-    if options.json:
-        print(json.dumps(values, indent=2))
+        text = comparison_text(found, title=title, settled=settled)
+    if options.check or options.json:
+        show_result(text, values, options)
 
 
 def _range(text: str) -> list[float]:

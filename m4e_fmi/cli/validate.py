@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from m4e_fmi.cli.shared.log import show_result
 from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 EPILOG = (
@@ -26,8 +27,6 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    import json
-
     from m4e_fmi.fmu import validate_fmu
     from m4e_fmi.report import validation_text
 
@@ -53,7 +52,7 @@ def _run(options: argparse.Namespace) -> int:
         if not options.json:
             print(validation_text(report))
     if options.json:
-        print(json.dumps([report.as_dict() for report in reports], indent=2))
+        show_result("", [report.as_dict() for report in reports], options)
     return 0 if all(report.ok and report.complete for report in reports) else EXIT_FAILED
 
 

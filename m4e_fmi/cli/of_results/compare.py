@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.log import print_files, show_result
 from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, add_options, finite
 from m4e_fmi.errors import InputError, Problem
 
@@ -87,8 +87,6 @@ def _add_measure(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    import json
-
     from m4e_fmi.analysis.comparison import compare
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.report import (
@@ -113,14 +111,10 @@ def _run(options: argparse.Namespace) -> int:
         relative_to=options.relative_to,
         floor=options.floor,
     )
-    if options.json:
-        print(json.dumps(difference_json(found), indent=2))
-    else:
-        print(difference_text(found))
+    show_result(difference_text(found), difference_json(found), options)
     if not options.no_plot:
         plot_differences(found, picture)
-        if not options.json:
-            print_files([picture])
+        print_files([picture], options)
     return 0 if found.is_within else EXIT_FAILED
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.log import print_files, show_result
 from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite
 from m4e_fmi.errors import InputError, Problem, RunError
 
@@ -39,8 +39,6 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    import json
-
     from m4e_fmi.analysis.decay import fit_decay
     from m4e_fmi.report import check_picture_path, decay_json, decay_text, plot_decay
     from m4e_fmi.results.compared_file import read_measured
@@ -60,14 +58,11 @@ def _run(options: argparse.Namespace) -> None:
         remedy = "; ".join((*motion.doubts, error.remedy))
         raise RunError(f"{path}: {error.message}", remedy) from None
     inertia = {"mass": options.mass, "stiffness": options.stiffness}
-    if options.json:
-        print(json.dumps(decay_json(found, motion, **inertia), indent=2))
-    else:
-        print(decay_text(found, motion, **inertia))
+    values = decay_json(found, motion, **inertia)
+    show_result(decay_text(found, motion, **inertia), values, options)
     if not options.no_plot:
         plot_decay(found, motion, picture)
-        if not options.json:
-            print_files([picture])
+        print_files([picture], options)
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -133,9 +133,17 @@ def fail(text: str, error: BaseException, kind: str) -> None:
     _tell(text, beside=True, warns=True, event="error", fields=fields)
 
 
-def print_files(paths: Iterable[Path]) -> None:
-    """Tell the paths of files that were written."""
-    for path in paths:
+def show_result(text: str, values: object, options: argparse.Namespace) -> None:
+    """Tell a result, or with --json print its `values`, also with --quiet."""
+    if options.json:
+        print(json.dumps(values, indent=2))
+    else:
+        show(text)
+
+
+def print_files(paths: Iterable[Path], options: argparse.Namespace | None = None) -> None:
+    """Tell the paths of files that were written, but not beside a result of --json."""
+    for path in () if options and options.json else paths:
         show(f"wrote {path}", "file", path=str(path))
 
 
