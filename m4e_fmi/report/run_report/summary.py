@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from m4e_fmi.report.digits import percent, quantity
-from m4e_fmi.report.panels import fitting, moving, panels
+from m4e_fmi.report.panels import fitting, moving, panels, percent, quantity
 from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
 from m4e_fmi.report.text.summaries import extremes

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.digits import aligned, percent, quantity
-from m4e_fmi.report.panels import Panel, fitting, moving, panels
+from m4e_fmi.report.panels import Panel, aligned, fitting, moving, panels, percent, quantity
 from m4e_fmi.results.results_file import Results, Series
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
