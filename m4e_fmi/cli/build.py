@@ -19,7 +19,6 @@ from m4e_fmi.cli.shared.options import (
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim import Component
     from m4e_fmi.fmu import Options
     from m4e_fmi.program import Program
 
@@ -150,12 +149,17 @@ def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
     chosen["step_size"] = chosen["step_size"] or times.step_size
     documentation: dict[str, bytes] = {}
     if not options.no_documentation:
+        from m4e_fmi.cosim import Kind
         from m4e_fmi.report import whole_documentation
 
+        sources = {c.name: c.source for c in system.components}
         documentation = whole_documentation(
             program,
             Options(**chosen),
-            components={c.name: _made_from(c) for c in system.components},
+            components={
+                name: f"kind {source.name}" if isinstance(source, Kind) else source.path.name
+                for name, source in sources.items()
+            },
             connections=system.connections,
         )
     before = file_hash(_place(program, options.build_folder))
@@ -164,13 +168,6 @@ def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
     if before not in (ABSENT, content):
         say(f"note: {path} replaces another FMU of that name")
     return path, content
-
-
-def _made_from(component: Component) -> str:
-    from m4e_fmi.cosim import Kind
-
-    source = component.source
-    return f"kind {source.name}" if isinstance(source, Kind) else source.path.name
 
 
 def _build_model(options: argparse.Namespace) -> tuple[Path, str]:

@@ -87,7 +87,7 @@ def _run(options: argparse.Namespace) -> None:
     animation = animation_file(options, source.name, (".html",) if whole else (".html", ".gif"))
     if animation and whole and source.scene is None:
         raise InputError.single(f"{source.name} shows no bodies", "leave out --animate")
-    report_file(options, source.name)
+    report_file(options, output)
     with claimed(stream_of(output)):  # and the pictures
         _simulate_to(output, animation, source, options)
 
@@ -202,7 +202,7 @@ def _simulate_to(
     print_files(files)
     sys.stdout.flush()  # pictures take a second, within which a signal may end it
     _picture(result, files[0], output, animation, source, options)
-    if report := report_file(options, source.name):
+    if report := report_file(options, output):
         from m4e_fmi.report import report_of_run
 
         print_files([report_of_run(files[0], report, printed=summary, command=options.given)])
@@ -287,7 +287,7 @@ def _write_partial(
         return f"its {count}: {error}"
     if not options.no_plot:
         output.with_suffix(".png").unlink(missing_ok=True)  # of an earlier one
-    report = report_file(options, source.name)
+    report = report_file(options, output)
     with suppress(InputError):  # a single row
         if report:
             print_files([report_of_run(files[0], report, command=options.given)])

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
-from m4e_fmi.cli.shared.options import EXIT_FAILED, REPORT, add_options
+from m4e_fmi.cli.shared.options import EXIT_FAILED, add_options, report_file
 from m4e_fmi.errors import InputError
 
 
@@ -73,7 +73,10 @@ def _run(options: argparse.Namespace) -> int:
         show(estimate(study, build_directory=options.build_folder))
         return 0
     output = options.output_file or options.build_folder / f"{file_stem(study.name)}.nc"
-    report = _report_file(options, output)
+    report = report_file(options, output)
+    if report and output.suffix.lower() != ".nc":
+        message = "--report is made from a netCDF file"
+        raise InputError.single(message, "let --output-file end with .nc", str(output))
     with runs_progress() as progress:
         outcome = run_study(
             study,
@@ -100,17 +103,3 @@ def _tell(line: str) -> None:
     from m4e_fmi.study.shown.warnings import WARNING
 
     (warn if WARNING in line else say)(line)
-
-
-def _report_file(options: argparse.Namespace, output: Path) -> Path | None:
-    """Path of the report; None if none is wanted. InputError if it cannot be made."""
-    from m4e_fmi.files.writing import check_suffix
-
-    if options.report is None:
-        return None
-    path = options.report if options.report.name else output.with_suffix(REPORT)
-    check_suffix(path, (".html",), "a report")
-    if output.suffix.lower() != ".nc":
-        message = "--report is made from a netCDF file"
-        raise InputError.single(message, "let --output-file end with .nc", str(output))
-    return path

@@ -75,7 +75,15 @@ def _system(system: System) -> Sheet:
     )
     sheet.table(
         ("component", "made from", "step", "start values"),
-        [(c.name, _source(c), c.step_size or "", _started(c)) for c in system.components],
+        [
+            (
+                c.name,
+                _source(c),
+                c.step_size or "",
+                ", ".join(f"{n} = {v}" for n, v in c.start.items()),
+            )
+            for c in system.components
+        ],
     )
     for title in ("connections", "scenario", "notes"):
         sheet.lines(title, getattr(system, title))
@@ -85,10 +93,6 @@ def _system(system: System) -> Sheet:
 def _source(component: Component) -> str:
     source = component.source
     return f"kind {source.name}" if isinstance(source, Kind) else source.path.name
-
-
-def _started(component: Component) -> str:
-    return ", ".join(f"{name} = {value}" for name, value in component.start.items())
 
 
 def _results(results: Results) -> Sheet:

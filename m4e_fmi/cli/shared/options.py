@@ -105,15 +105,16 @@ def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[st
     return path
 
 
-def report_file(options: argparse.Namespace, name: str) -> Path | None:
-    """Path of the report; None if none is wanted. InputError for another suffix than .html."""
+def report_file(options: argparse.Namespace, output: Path) -> Path | None:
+    """Path of the report beside `output`; None if none is wanted. InputError if it is no .html."""
     from m4e_fmi.files.writing import check_suffix
 
     if options.report is None:
         return None
-    path = options.report if options.report.name else output_file(options, name).with_suffix(REPORT)
+    path = options.report if options.report.name else output.with_suffix(REPORT)
     check_suffix(path, (".html",), "a report")
-    if options.animate and path.absolute() == options.animate.absolute():
+    animation = getattr(options, "animate", None)
+    if animation and path.absolute() == animation.absolute():
         raise InputError.single("--animate and --report name the same file", "", str(path))
     return path
 

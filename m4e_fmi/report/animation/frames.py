@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.report.animation.scene import GROUND, Body, Cable, Followed, Place, Scene, Spot, Value
+from m4e_fmi.report.animation.scene import GROUND, Cable, Followed, Place, Scene, Spot, Value
 
 Floats = NDArray[np.float64]
 PER_BODY = 7
@@ -152,9 +152,9 @@ def _matrices(turns: Floats) -> Floats:
 
 def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> int:
     """Number of rows before the first that is not finite. InputError for missing variables."""
-    names = [value.variable for body in scene.bodies for value in _followed(body)]
-    ends = (value for cable in scene.cables for end in cable.ends for value in end)
-    names += [value.variable for value in ends if isinstance(value, Followed)]
+    values = [value for body in scene.bodies for value in body.motion]
+    values += [value for cable in scene.cables for end in cable.ends for value in end]
+    names = [value.variable for value in values if isinstance(value, Followed)]
     missing = sorted({name for name in names if name not in series})
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
@@ -171,10 +171,6 @@ def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> in
         message = f"it has {told} of finite numbers: there is no motion to be shown"
         raise InputError.single(message, "run it for at least one step")
     return rows
-
-
-def _followed(body: Body) -> Iterator[Followed]:
-    return (value for value in body.motion if isinstance(value, Followed))
 
 
 def packed(columns: Floats) -> dict[str, object]:

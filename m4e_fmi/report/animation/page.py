@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.report.animation.frames import PER_BODY, Frames, packed
-from m4e_fmi.report.animation.scene import Rope, Scene, Water
+from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import plain_hull, plain_spot, short
 from m4e_fmi.report.drawing.views import RISE, SIDE, TURN, colour, extent
 
@@ -97,7 +97,10 @@ def scene_part(scene: Scene, shown: Frames) -> Part:
         "far": far.tolist() if is_far else None,
         "ground": _ground(scene, near, far),
         "bodies": _bodies(scene),
-        "ropes": [_rope(rope) for rope in scene.ropes],
+        "ropes": [
+            {"kind": rope.kind, "ends": list(map(plain_spot, rope.ends)), "rank": rope.rank}
+            for rope in scene.ropes
+        ],
         "hinges": [[*plain_spot(spot), weld] for spot, weld in scene.hinges],
         "lines": [[plain_spot(a), plain_spot(b), turns] for a, b, turns in scene.axes],
         "cables": _cables(scene, shown),
@@ -117,10 +120,6 @@ def _bodies(scene: Scene) -> list[dict[str, object]]:
         }
         for k, body in enumerate(scene.bodies)
     ]
-
-
-def _rope(rope: Rope) -> dict[str, object]:
-    return {"kind": rope.kind, "ends": [plain_spot(end) for end in rope.ends], "rank": rope.rank}
 
 
 def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:

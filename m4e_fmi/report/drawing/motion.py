@@ -58,7 +58,9 @@ def plot_modes(
     for k, axis in enumerate(figure.subplots(down, across, squeeze=False).ravel()):
         prepare(axis, low, high)
         if k < columns.shape[1]:
-            one_way, other = modes.swung(_in_phase(columns[:, k]))
+            shape = columns[:, k]
+            largest = np.angle(shape[np.argmax(np.abs(shape))])
+            one_way, other = modes.swung(np.real(shape * np.exp(-1j * largest)))
             for poses, strength in ((modes.rest, REST), (one_way, FAINT), (other, 1.0)):
                 paint(axis, modes.scene, poses, 0, strength=strength)
             title = titles[k] if k < len(titles) else f"mode {k + 1}"
@@ -121,8 +123,3 @@ def _columns(shapes: ArrayLike, coordinates: Sequence[Variable]) -> np.ndarray:
         names = ", ".join(v.name for v in coordinates)
         raise InputError.single(message, f"give one row for each of {names}")
     return columns
-
-
-def _in_phase(shape: np.ndarray) -> np.ndarray:
-    """The shape (n,) when its largest part is largest."""
-    return np.real(shape * np.exp(-1j * np.angle(shape[np.argmax(np.abs(shape))])))

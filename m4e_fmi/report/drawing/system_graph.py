@@ -108,15 +108,12 @@ def layout(names: Sequence[str], pairs: Iterable[tuple[str, str]]) -> dict[str, 
         points *= _spread(points)
         parts.append(dict(zip(members, points, strict=True)))
     found: dict[str, np.ndarray] = {}
-    for part, corner in zip(parts, _corners([_extent(part) for part in parts]), strict=True):
+    for part, corner in zip(
+        parts, _corners([np.ptp(list(part.values()), axis=0) for part in parts]), strict=True
+    ):
         low = np.min(list(part.values()), axis=0)
         found |= {name: place - low + corner for name, place in part.items()}
     return found
-
-
-def _extent(part: dict[str, np.ndarray]) -> np.ndarray:
-    """Width and height (2,) [inches] of the centres of a part's components."""
-    return np.ptp(np.array(list(part.values())), axis=0)
 
 
 def _corners(extents: Sequence[np.ndarray]) -> list[np.ndarray]:

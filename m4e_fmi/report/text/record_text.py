@@ -12,7 +12,6 @@ from m4e_fmi.shown import one_line
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.comparison import Comparison, Difference
-    from m4e_fmi.analysis.comparison.measures import Phase
     from m4e_fmi.analysis.decay import Decay, Estimate
     from m4e_fmi.results.compared_file import Measured
 
@@ -195,7 +194,9 @@ def _row(one: Difference, found: Comparison, width: int) -> str:
     name = one_line(one.name)
     name = name if len(name) <= width else f"{name[: width - 1]}…"
     ratio = _number(one.phase.amplitude_ratio, "10.5g", 10)
-    later = _number(_rounded(one.phase), "8.3g", 8)
+    shift = one.phase.time_shift
+    shift = 0.0 if abs(shift) < NO_SHIFT * one.phase.period else shift
+    later = _number(shift, "8.3g", 8)
     first = ""
     if found.tolerance is not None:
         since = one.first_beyond(found.tolerance)
@@ -205,11 +206,6 @@ def _row(one: Difference, found: Comparison, width: int) -> str:
         f"{one.largest:11.4g} {_percent(one.largest_share):>12} {one.largest_at:7.5g} s "
         f"{one.nrmse:10.3g} {ratio} {later}{' s' if later.strip() else '  '}{first}  {one.unit}"
     )
-
-
-def _rounded(phase: Phase) -> float:
-    """The time shift [s], 0 below a millionth of the period."""
-    return 0.0 if abs(phase.time_shift) < NO_SHIFT * phase.period else phase.time_shift
 
 
 def _number(value: float, form: str, width: int) -> str:

@@ -39,7 +39,8 @@ def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
         *(f"  {line}" for line in map("warning: {}".format, outcome.warnings) if line not in told),
-        *_scenario(outcome.scenario),
+        *(["scenario:"] if outcome.scenario else []),
+        *(f"  {line}" for line in outcome.scenario),
         *_messages([message for message in outcome.messages if str(message) not in told]),
         *_certified(outcome),
         *_extremes(loaded, _rows(loaded, outcome.steps)),
@@ -68,11 +69,6 @@ def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
         if bond.adds:
             lines.append(f"    the sum of the forces of {', '.join(bond.adds)}, counted as one")
     return lines
-
-
-def _scenario(actions: Sequence[str]) -> list[str]:
-    """When each action of the scenario began and ended."""
-    return ["scenario:", *(f"  {line}" for line in actions)] if actions else []
 
 
 def _messages(messages: Sequence[FmuMessage]) -> list[str]:

@@ -76,7 +76,11 @@ def page_text(page: Page) -> str:
             f'    <li><a href="#{one.key}">{html.escape(one.heading)}</a></li>'
             for one in page.sections
         ),
-        "@sections@": "\n".join(map(_section, page.sections)),
+        "@sections@": "\n".join(
+            f'<section class="section" id="{one.key}" aria-labelledby="{one.key}-heading">\n'
+            f'<h2 id="{one.key}-heading">{html.escape(one.heading)}</h2>\n{one.body}\n</section>'
+            for one in page.sections
+        ),
         "@blocks@": "\n".join(
             f'<script type="text/plain" id="{name}">{text}</script>'
             for name, text in blocks.items()
@@ -102,11 +106,3 @@ def json_text(data: object) -> str:
 def text_of(package: str, name: str) -> str:
     """The text of a file in a package."""
     return files(package).joinpath(name).read_text(encoding="utf-8")
-
-
-def _section(section: PageSection) -> str:
-    return (
-        f'<section class="section" id="{section.key}" aria-labelledby="{section.key}-heading">\n'
-        f'<h2 id="{section.key}-heading">{html.escape(section.heading)}</h2>\n'
-        f"{section.body}\n</section>"
-    )
