@@ -4,17 +4,43 @@ from __future__ import annotations
 
 import importlib
 import platform
+import re
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, entry_points, requires, version
 from pathlib import Path
+
+import m4e_fmi
 
 ADAPTER_GROUP = "m4e_fmi.adapters"
 KIND_GROUP = "m4e_fmi.fmus"
 OLDEST_GLIBC = (2, 32)  # what PythonFMU 0.7.0's Linux binary was linked against
+
+
+_NAME = re.compile(r"[\w.-]+")
+"""The name that a requirement begins with; `packaging` would be most of a short command's time."""
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Versions of m4e_fmi, of Python and the platform, and of the packages that it requires."""
+    found = {
+        "m4e_fmi": m4e_fmi.__version__,
+        "Python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+    }
+    with suppress(PackageNotFoundError):  # a source tree that is not installed
+        for text in requires("m4e_fmi") or ():
+            name, extra = _NAME.match(text), "extra ==" in text
+            if name and not extra:
+                with suppress(PackageNotFoundError):
+                    found[name[0]] = version(name[0])
+    return found
 
 
 @dataclass(frozen=True)

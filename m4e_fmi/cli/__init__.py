@@ -38,9 +38,7 @@ from m4e_fmi.cli import (
     validate,
 )
 from m4e_fmi.cli.of_results import compare, decay, report
-from m4e_fmi.cli.shared.events import Failed
-from m4e_fmi.cli.shared.log import fail
-from m4e_fmi.cli.shared.log_handlers import Log, logged
+from m4e_fmi.cli.shared.log import fail, logged, tell_event
 from m4e_fmi.cli.shared.options import EXIT_FAILED
 from m4e_fmi.cli.shared.output import Clean, clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
@@ -53,10 +51,26 @@ to look through them after every 700 new ones takes a third of the time that mak
 EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
-COMMANDS = (
-    new, equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info,
-    validate, run, study, report, compare, doctor,
-)  # fmt: skip
+COMMANDS = {
+    new: "write a working start: a model, a system, a controller",
+    equations: "print the equations of motion of a model or a system",
+    draw: "draw a model in its start pose",
+    simulate: "simulate one model, or a system as one program, in this process",
+    equilibrium: "where a model or a system is at rest, and the forces there",
+    linearize: "equilibrium, frequencies, damping, state space",
+    rao: "response of a system to waves; statistics in a sea",
+    decay: "period, linear and quadratic damping of a recorded free decay",
+    hydro: "hydrodynamic coefficients: tables, pictures, consistency",
+    build: "build the FMU of a model, or all of a system",
+    info: "show the contents of a model, a system or an FMU",
+    validate: "check FMUs: their descriptions and their behaviour",
+    run: "co-simulate a system of FMUs",
+    study: "many runs: sea states, parameters, samples",
+    report: "one HTML page of results: of a run, a simulation or a study",
+    compare: "differences of results from a reference",
+    doctor: "report what is installed and what is missing",
+}
+"""Modules of the commands, whose names are theirs, and what the commands do."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -73,19 +87,18 @@ def _run(arguments: Sequence[str] | None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     options.given = shlex.join(["m4e-fmi", *words])
     try:
-        with logged() as log:
-            code = _done(options, words, log)
-            log.end(code)
+        with logged(options, words):
+            code = _done(options, words)
+            tell_event("end", exit_code=code)
     except OSError as error:  # events that have not been written
         print(f"failed: {error}", file=sys.stderr)
         return EXIT_FAILED
     return code
 
 
-def _done(options: argparse.Namespace, words: Sequence[str], log: Log) -> int:
+def _done(options: argparse.Namespace, words: Sequence[str]) -> int:
     """The exit code of a command that is done, or whose error is told."""
     try:
-        log.open(options, words)
         with ending_cleanly():
             code = options.command(options) or 0
             cast("Clean", sys.stdout).complain()
@@ -114,7 +127,7 @@ def _done(options: argparse.Namespace, words: Sequence[str], log: Log) -> int:
 
 def _failed(code: int, text: str, error: BaseException, kind: str) -> int:
     """The exit code, after the error is told."""
-    fail(text, Failed.of(error, kind, text))
+    fail(text, error, kind)
     return code
 
 
@@ -178,6 +191,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"m4e_fmi {m4e_fmi.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for command in COMMANDS:
-        command.add(commands)
+    for command, text in COMMANDS.items():
+        command.add(commands.add_parser(command.__name__.rpartition(".")[2], help=text))
     return parser

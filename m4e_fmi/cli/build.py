@@ -7,15 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.cli.shared.events import Written
-from m4e_fmi.cli.shared.log import print_files, say, show
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, print_files, say, show
 from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
-    Commands,
-    add_build_folder,
-    add_native,
-    add_open,
+    add_options,
     is_system,
     load_model,
     load_program,
@@ -24,7 +19,6 @@ from m4e_fmi.cli.shared.options import (
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim import Component
     from m4e_fmi.fmu import Options
     from m4e_fmi.program import Program
 
@@ -41,11 +35,14 @@ ARGUMENTS = {
 """Arguments of `build_fmu` that are options here, with their defaults."""
 
 
-def add(commands: Commands) -> None:
-    """Add `build` to the command line."""
-    command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `build`."""
     command.add_argument("source", type=Path, help=f"{MODEL_FILE}, or a system file")
-    add_native(command, "no Python inside, model exchange too; default for a system, not a model")
+    add_options(
+        command,
+        "--native",
+        help="no Python inside, model exchange too; default for a system, not a model",
+    )
     of_model = command.add_argument_group("of a model, and with --single")
     of_model.add_argument(
         "--fmi", choices=("2", "3"), help="version of the standard; 3 of native FMUs; default 2"
@@ -84,8 +81,7 @@ def add(commands: Commands) -> None:
         help="for a system: one FMU of the whole, its equations connected to one program; takes "
         "the options of a model",
     )
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     add_log(command)
     command.set_defaults(command=_run, **ARGUMENTS)
 
@@ -153,12 +149,17 @@ def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
     chosen["step_size"] = chosen["step_size"] or times.step_size
     documentation: dict[str, bytes] = {}
     if not options.no_documentation:
+        from m4e_fmi.cosim import Kind
         from m4e_fmi.report import whole_documentation
 
+        sources = {c.name: c.source for c in system.components}
         documentation = whole_documentation(
             program,
             Options(**chosen),
-            components={c.name: _made_from(c) for c in system.components},
+            components={
+                name: f"kind {source.name}" if isinstance(source, Kind) else source.path.name
+                for name, source in sources.items()
+            },
             connections=system.connections,
         )
     before = file_hash(_place(program, options.build_folder))
@@ -167,13 +168,6 @@ def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
     if before not in (ABSENT, content):
         say(f"note: {path} replaces another FMU of that name")
     return path, content
-
-
-def _made_from(component: Component) -> str:
-    from m4e_fmi.cosim import Kind
-
-    source = component.source
-    return f"kind {source.name}" if isinstance(source, Kind) else source.path.name
 
 
 def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
@@ -208,7 +202,7 @@ def _build_system(options: argparse.Namespace) -> None:
     system = load_system(options.source)
     files = fmu_files(system, options.build_folder, native=options.native, tell=say)
     for name, path in files.items():
-        show(f"{name}: {path}", Written(str(path)))
+        show(f"{name}: {path}", "file", path=str(path))
     if options.ssp:
         from m4e_fmi.cosim import save_system
 

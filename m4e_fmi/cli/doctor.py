@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import argparse
 
-from m4e_fmi.cli.shared.options import EXIT_FAILED, Commands
+from m4e_fmi.cli.shared.log import show_result
+from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 
-def add(commands: Commands) -> None:
-    """Add `doctor` to the command line."""
-    command = commands.add_parser("doctor", help="report what is installed and what is missing")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `doctor`."""
     command.add_argument("--json", action="store_true", help="print findings as JSON")
     command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    import json
-
     from m4e_fmi import doctor
 
     findings = doctor.examine()
-    print(
-        json.dumps(doctor.as_json(findings), indent=2) if options.json else doctor.report(findings)
-    )
+    show_result(doctor.report(findings), doctor.as_json(findings), options)
     return EXIT_FAILED if any(f.needed and not f.ok for f in findings) else 0

@@ -6,12 +6,11 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, MODEL_FILE, Commands, load_model
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, MODEL_FILE, load_model
 
 
-def add(commands: Commands) -> None:
-    """Add `draw` to the command line."""
-    command = commands.add_parser("draw", help="draw a model in its start pose")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `draw`."""
     command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument(
         "--output-file",

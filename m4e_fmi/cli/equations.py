@@ -6,27 +6,17 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.options import (
-    MODEL_OR_SYSTEM,
-    Commands,
-    add_build_folder,
-    add_open,
-    load_equations,
-)
+from m4e_fmi.cli.shared.options import MODEL_OR_SYSTEM, add_options, load_equations
 from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: Commands) -> None:
-    """Add `equations` to the command line."""
-    command = commands.add_parser(
-        "equations", help="print the equations of motion of a model or a system"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `equations`."""
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     form = command.add_mutually_exclusive_group()
     form.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
     form.add_argument(

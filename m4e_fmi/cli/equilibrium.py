@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cli.shared.log import note, show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
-    Commands,
-    add_build_folder,
-    add_open,
-    add_start_values,
+    add_options,
     finite,
     load_equations,
     pairs,
@@ -26,14 +23,10 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: Commands) -> None:
-    """Add `equilibrium` to the command line."""
-    command = commands.add_parser(
-        "equilibrium", help="where a model or a system is at rest, and the forces there"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `equilibrium`."""
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     command.add_argument(
         "--nearest",
         action="store_true",
@@ -57,14 +50,12 @@ def add(commands: Commands) -> None:
         help="parameters or inputs that are changed for that, one for each value",
     )
     command.add_argument("--time", type=finite, default=0.0, metavar="S", help="default 0 s")
-    add_start_values(command, "NAME")
+    add_options(command, "--start-value")
     command.add_argument("--json", action="store_true", help="print all values as JSON")
     command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    import json
-
     from m4e_fmi.analysis.rest_notes import rest_notes
     from m4e_fmi.report import equilibrium_text, equilibrium_values
 
@@ -75,12 +66,11 @@ def _run(options: argparse.Namespace) -> None:
         also = "" if options.nearest else "; or take --nearest, which finds unstable ones, too"
         raise RunError(error.message, error.remedy + also) from None
     notes = rest_notes(point)
+    text = equilibrium_text(point, varied=options.vary, notes=notes)
+    show_result(text, equilibrium_values(point), options)
     if options.json:
-        print(json.dumps(equilibrium_values(point), indent=2))
-        for note in notes:
-            print(f"note: {note}", file=sys.stderr)
-    else:
-        print(equilibrium_text(point, varied=options.vary, notes=notes))
+        for line in notes:
+            note(f"note: {line}")
 
 
 def _found(

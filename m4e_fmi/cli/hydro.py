@@ -7,16 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import count, print_files, show
-from m4e_fmi.cli.shared.log_handlers import add_log
-from m4e_fmi.cli.shared.options import (
-    BUILD_FOLDER,
-    Commands,
-    add_no_plot,
-    finite,
-    is_system,
-    load_system,
-)
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show_result
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite, is_system, load_system
 from m4e_fmi.errors import YAML_SUFFIXES, InputError, suggestion
 
 if TYPE_CHECKING:
@@ -28,12 +20,8 @@ if TYPE_CHECKING:
 SYSTEMS = (*YAML_SUFFIXES, ".json", ".ssp")
 
 
-def add(commands: Commands) -> None:
-    """Add `hydro` to the command line."""
-    command = commands.add_parser(
-        "hydro",
-        help="hydrodynamic coefficients: tables, pictures, consistency",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `hydro`."""
     command.add_argument(
         "source",
         type=Path,
@@ -46,7 +34,7 @@ def add(commands: Commands) -> None:
     command.add_argument(
         "--depth", type=finite, metavar="M", help="of a file: depth of the water, if it lacks one"
     )
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    add_options(command, "--json")
     command.add_argument(
         "--output-file",
         type=Path,
@@ -58,7 +46,7 @@ def add(commands: Commands) -> None:
         action="store_true",
         help="of a system: convergence with finer panels, and the errors of each mesh",
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     add_log(command)
     command.set_defaults(command=_run)
 
@@ -72,8 +60,6 @@ def _run(options: argparse.Namespace) -> None:
     if options.refine:
         _refine(options)
         return
-    import json
-
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.files.writing import check_suffix
     from m4e_fmi.report import hydro_json, hydro_text, plot_hydro, write_hydro
@@ -83,15 +69,11 @@ def _run(options: argparse.Namespace) -> None:
     of_system = options.source.suffix.lower() in SYSTEMS
     data = _of_system(options) if of_system else _of_file(options)
     output = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(data.title)}_hydro.nc"
-    if options.json:
-        print(json.dumps(hydro_json(data), indent=2))
-    else:
-        show(hydro_text(data))
+    show_result(hydro_text(data), hydro_json(data), options)
     files = [write_hydro(data, output)]
     if not options.no_plot:
         files.append(plot_hydro(data, output.with_suffix(".png")))
-    if not options.json:
-        print_files(files)
+    print_files(files, options)
 
 
 def _of_file(options: argparse.Namespace) -> HydrodynamicData:
@@ -118,8 +100,6 @@ def _reader() -> tuple[Function, Function]:
 
 def _refine(options: argparse.Namespace) -> None:
     """Print a convergence study of a component in water."""
-    import json
-
     if options.source.suffix.lower() not in SYSTEMS:
         message = f"{options.source}: --refine is of a system, not of a file of coefficients"
         raise InputError.single(message, "give a system file with shapes or meshes of bodies")
@@ -135,10 +115,7 @@ def _refine(options: argparse.Namespace) -> None:
         text, numbers = kind.refinement(config, folder=system.folder, progress=count)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
-    if options.json:
-        print(json.dumps(numbers, indent=2))
-    else:
-        show(text)
+    show_result(text, numbers, options)
 
 
 def _of_system(options: argparse.Namespace) -> HydrodynamicData:

@@ -5,22 +5,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files, say
-from m4e_fmi.cli.shared.options import (
-    Commands,
-    add_build_folder,
-    is_system,
-    load_model,
-    load_system,
-)
+from m4e_fmi.cli.shared.log import print_files, say, show_result
+from m4e_fmi.cli.shared.options import add_options, is_system, load_model, load_system
 from m4e_fmi.errors import InputError
 
 """Function of a kind that tells hydrostatics and righting arms: docs/adapters.md."""
 
 
-def add(commands: Commands) -> None:
-    """Add `info` to the command line."""
-    command = commands.add_parser("info", help="show the contents of a model, a system or an FMU")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `info`."""
     command.add_argument("source", type=Path, help="a model, system, .ssp or .fmu file")
     command.add_argument(
         "--json", action="store_true", help="the complete description of an FMU, as JSON"
@@ -34,7 +27,7 @@ def add(commands: Commands) -> None:
         action="store_true",
         help="of a system: hydrostatics and righting arms of floating bodies",
     )
-    add_build_folder(command)
+    add_options(command, "--build-folder")
     command.set_defaults(command=_run)
 
 
@@ -45,14 +38,10 @@ def _run(options: argparse.Namespace) -> None:
         _stability(options)
         return
     is_fmu = options.source.suffix.lower() == ".fmu"
-    if is_fmu and options.json:
-        import json
-
+    if is_fmu:
         from m4e_fmi.fmu import fmu_contents
 
-        print(json.dumps(fmu_contents(options.source), indent=2))
-    elif is_fmu:
-        print(fmu_text(options.source))
+        show_result(fmu_text(options.source), fmu_contents(options.source), options)
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
         from m4e_fmi.cosim.preparation.components import waiting

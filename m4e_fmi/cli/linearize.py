@@ -5,13 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.log import print_files, show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
-    Commands,
-    add_build_folder,
-    add_open,
-    add_start_values,
+    add_options,
     finite,
     load_equations,
     start_values,
@@ -25,14 +22,10 @@ POINTS = {
 }
 
 
-def add(commands: Commands) -> None:
-    """Add `linearize` to the command line."""
-    command = commands.add_parser(
-        "linearize", help="equilibrium, frequencies, damping, state space"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `linearize`."""
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     command.add_argument(
         "--at",
         choices=tuple(POINTS),
@@ -46,7 +39,7 @@ def add(commands: Commands) -> None:
         ("--outputs", "outputs or states of C and D; default all states"),
     ):
         command.add_argument(flag, nargs="+", action="extend", metavar="NAME", help=text)
-    add_start_values(command, "NAME")
+    add_options(command, "--start-value")
     command.add_argument("--json", action="store_true", help="print everything as JSON")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="write A, B, C, D, M, C, K here (JSON)"
@@ -73,13 +66,9 @@ def _run(options: argparse.Namespace) -> None:
         model, at=at, time=options.time, inputs=options.inputs or (), outputs=options.outputs
     )
     found = modes(linear)
-    if options.json:
-        print(json.dumps(linear_json(linear, found), indent=2))
-    else:
-        print(linear_text(linear, found, title=POINTS[options.at]))
+    values = linear_json(linear, found)
+    show_result(linear_text(linear, found, title=POINTS[options.at]), values, options)
     if options.output_file:
-        text = json.dumps(linear_json(linear, found), indent=2)
         with written(options.output_file) as part:
-            part.write_text(text + "\n", encoding="utf-8")
-        if not options.json:
-            print_files([options.output_file])
+            part.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
+        print_files([options.output_file], options)

@@ -8,15 +8,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import count, print_files, show, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show, show_result, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
-    Commands,
-    add_build_folder,
-    add_no_plot,
-    add_open,
-    add_start_values,
+    add_options,
     finite,
     is_system,
     load_in_waves,
@@ -35,12 +30,10 @@ ENHANCEMENT = 3.3
 FEW, MOST = 2, 100_000
 
 
-def add(commands: Commands) -> None:
-    """Add `rao` to the command line."""
-    command = commands.add_parser("rao", help="response of a system to waves; statistics in a sea")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `rao`."""
     command.add_argument("model", type=Path, metavar="system", help="a system file")
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     command.add_argument(
         "--periods",
         nargs="+",
@@ -81,12 +74,11 @@ def add(commands: Commands) -> None:
         action="store_true",
         help="simulate the wave with the largest third harmonic, or an hour of the sea, beside it",
     )
-    add_start_values(command, "NAME")
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    add_options(command, "--start-value", "--json")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_rao.nc"
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     add_log(command)
     command.set_defaults(command=_run)
 
@@ -227,8 +219,6 @@ def _tell(
 
     `settled` are the components that were the same law at rest in both.
     """
-    import json
-
     from m4e_fmi.report import comparison_json, comparison_text
 
     if not options.json:
@@ -237,10 +227,9 @@ def _tell(
     if options.check:
         found, title = check()
         values["check"] = comparison_json(found, title=title, settled=settled)
-        if not options.json:
-            show(comparison_text(found, title=title, settled=settled))
-    if options.json:
-        print(json.dumps(values, indent=2))
+        text = comparison_text(found, title=title, settled=settled)
+    if options.check or options.json:
+        show_result(text, values, options)
 
 
 def _range(text: str) -> list[float]:

@@ -10,19 +10,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import print_files, say, show, tell_event, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, print_files, progress, say, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
-    Commands,
     Gathered,
-    add_animate,
-    add_build_folder,
-    add_native,
-    add_no_plot,
-    add_output_file,
-    add_report,
-    add_start_values,
+    add_options,
     animation_file,
     load_system,
     output_file,
@@ -30,7 +21,6 @@ from m4e_fmi.cli.shared.options import (
     start_values,
     tell_equations,
 )
-from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
 from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 
@@ -40,19 +30,19 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: Commands) -> None:
-    """Add `run` to the command line."""
-    command = commands.add_parser("run", help="co-simulate a system of FMUs")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `run`."""
     command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
     _add_course(command)
     _add_modes(command)
-    add_animate(command, "write an animation (.html)")
-    add_report(command)
-    add_no_plot(command)
-    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
-    add_start_values(command, "COMPONENT.VARIABLE")
-    add_output_file(command)
-    add_build_folder(command)
+    add_options(command, "--animate", "--report", "--no-plot")
+    add_options(
+        command,
+        "--native",
+        help="build native FMUs of models and other programs (default), or Python ones",
+    )
+    add_options(command, "--start-value", metavar=("COMPONENT.VARIABLE", "VALUE"))
+    add_options(command, "--output-file", "--build-folder")
     add_log(command, events=True)
     command.set_defaults(command=_run)
 
@@ -156,7 +146,7 @@ def _system(options: argparse.Namespace) -> System:
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
         gathered.of(animation_file, options, "system", (".html",))
-        gathered.of(report_file, options, "system")
+        gathered.of(report_file, options, options.output_file or Path("system.nc"))
         system = gathered.of(load_system, options.system)
         given: list[tuple[Start, str]] = [(start_values(options), "command line")]
         if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
@@ -209,17 +199,27 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
 
     file = output.absolute()  # an FMU may change the working folder
     animation = animation_file(options, system.name, (".html",))
-    report = report_file(options, system.name)
+    report = report_file(options, output)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     checkpoint_to_resume(output, options.resume, check=options.check)
-    tell_event(_plan(system, output))
+    times = system.simulation
+    tell_event(
+        "plan",
+        name=system.name,
+        method=times.algorithm,
+        start_time=times.start_time,
+        stop_time=times.stop_time,
+        step_size=times.step_size,
+        output_interval=times.output_interval or times.step_size,
+        components=[component.name for component in system.components],
+        results=str(output),
+    )
     program = system_program(system) if options.reference else None
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
     count, links = len(system.components), len(prepared.wiring.links)
     show(f"{system.name}: {count} FMUs, {links} connected variables")
-    times = system.simulation
     animated = animation is not None or (
         report is not None
         and system_scene(prepared.system, prepared.descriptions, prepared.wiring) is not None
@@ -247,7 +247,8 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
             certify=options.certify,
             animated=animated,
         )
-    show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
+    numbers, variables = run_numbers(outcome)
+    show(run_summary(outcome, told), "summary", numbers=numbers, variables=variables)
     _write_beside(outcome, (output, file), program, animation, report, options)
 
 
@@ -264,7 +265,9 @@ def _shown_if_it_fails(
     try:
         yield
     except ExportError as error:
-        show(run_summary(error.outcome, told), Summary(*run_numbers(error.outcome)))
+        numbers, variables = run_numbers(error.outcome)
+        text = run_summary(error.outcome, told)
+        show(text, "summary", numbers=numbers, variables=variables)
         print_files(filter(None, [error.outcome.path]))
         sys.stdout.flush()
         raise
@@ -315,17 +318,3 @@ def _changed(output: Path) -> int:
 
     stream = stream_of(output)
     return stream.stat().st_mtime_ns if stream.is_file() else 0
-
-
-def _plan(system: System, output: Path) -> Plan:
-    times = system.simulation
-    return Plan(
-        name=system.name,
-        method=times.algorithm,
-        start_time=times.start_time,
-        stop_time=times.stop_time,
-        step_size=times.step_size,
-        output_interval=times.output_interval or times.step_size,
-        components=[component.name for component in system.components],
-        results=str(output),
-    )

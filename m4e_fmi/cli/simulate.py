@@ -10,19 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import print_files, show, tell_event, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
+from m4e_fmi.cli.shared.log import add_log, print_files, progress, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
-    Commands,
-    add_animate,
-    add_build_folder,
-    add_no_plot,
-    add_open,
-    add_output_file,
-    add_report,
-    add_start_values,
+    add_options,
     animation_file,
     is_system,
     load_only_model,
@@ -32,7 +23,6 @@ from m4e_fmi.cli.shared.options import (
     report_file,
     start_values,
 )
-from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
 
@@ -45,14 +35,10 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
-def add(commands: Commands) -> None:
-    """Add `simulate` to the command line."""
-    command = commands.add_parser(
-        "simulate", help="simulate one model, or a system as one program, in this process"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `simulate`."""
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
-    add_open(command)
-    add_build_folder(command)
+    add_options(command, "--open", "--settled", "--build-folder")
     for flag, text in (("--stop-time", "10 s"), ("--output-interval", "0.01 s")):
         command.add_argument(
             flag, type=float, metavar="S", help=f"default {text}; of a system as in its file"
@@ -71,11 +57,13 @@ def add(commands: Commands) -> None:
         ("--stop-at", "end when this output or state changes sign"),
     ):
         command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
-    add_start_values(command, "NAME")
-    add_output_file(command)
-    add_animate(command, "write an animation (.html, of a model also .gif)")
-    add_report(command)
-    add_no_plot(command)
+    add_options(command, "--start-value", "--output-file")
+    add_options(
+        command,
+        "--animate",
+        help="write an animation (.html, of a model also .gif); default build/NAME.html",
+    )
+    add_options(command, "--report", "--no-plot")
     command.add_argument(
         "--variables",
         nargs="+",
@@ -99,7 +87,7 @@ def _run(options: argparse.Namespace) -> None:
     animation = animation_file(options, source.name, (".html",) if whole else (".html", ".gif"))
     if animation and whole and source.scene is None:
         raise InputError.single(f"{source.name} shows no bodies", "leave out --animate")
-    report_file(options, source.name)
+    report_file(options, output)
     with claimed(stream_of(output)):  # and the pictures
         _simulate_to(output, animation, source, options)
 
@@ -132,7 +120,7 @@ def _source(options: argparse.Namespace) -> _Source:
 
     Times that are not given become those of the system, or the default.
     """
-    from m4e_fmi.report.run_report.inputs import input_file
+    from m4e_fmi.report.run_report.record import input_file
 
     stop_time, interval = 10.0, 0.01
     if is_system(options.model):
@@ -188,20 +176,33 @@ def _simulate_to(
     from m4e_fmi.program import Program
     from m4e_fmi.report import simulation_numbers, simulation_summary, write_simulation
     from m4e_fmi.simulate.limits import limits_left
+    from m4e_fmi.simulate.simulation import FIXED
 
-    tell_event(_plan(source, output, options))
+    fixed = options.method == FIXED
+    tell_event(
+        "plan",
+        name=source.name,
+        method=options.method,
+        start_time=0.0,
+        stop_time=options.stop_time,
+        step_size=(options.step_size or options.output_interval) if fixed else 0.0,
+        output_interval=options.output_interval,
+        components=[],
+        results=str(output),
+    )
     result = _simulated(output, source, options)
     for line in limits_left(result):
         warn(f"warning: {line}")
     files = write_simulation(result, output, scene=source.scene_of(result), inputs=source.inputs)
     summary, model = simulation_summary(result), source.equations
-    show(summary, Summary(*simulation_numbers(result)))
+    numbers, variables = simulation_numbers(result)
+    show(summary, "summary", numbers=numbers, variables=variables)
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
         show(f"  note: joint {name!r} starts where the parameters in the file put it")
     print_files(files)
     sys.stdout.flush()  # pictures take a second, within which a signal may end it
     _picture(result, files[0], output, animation, source, options)
-    if report := report_file(options, source.name):
+    if report := report_file(options, output):
         from m4e_fmi.report import report_of_run
 
         print_files([report_of_run(files[0], report, printed=summary, command=options.given)])
@@ -286,27 +287,11 @@ def _write_partial(
         return f"its {count}: {error}"
     if not options.no_plot:
         output.with_suffix(".png").unlink(missing_ok=True)  # of an earlier one
-    report = report_file(options, source.name)
+    report = report_file(options, output)
     with suppress(InputError):  # a single row
         if report:
             print_files([report_of_run(files[0], report, command=options.given)])
     return f"results until t = {simulation.time[-1]:.9g} s are in {files[-1]} ({count})"
-
-
-def _plan(source: _Source, output: Path, options: argparse.Namespace) -> Plan:
-    from m4e_fmi.simulate.simulation import FIXED
-
-    fixed = options.method == FIXED
-    return Plan(
-        name=source.name,
-        method=options.method,
-        start_time=0.0,
-        stop_time=options.stop_time,
-        step_size=(options.step_size or options.output_interval) if fixed else 0.0,
-        output_interval=options.output_interval,
-        components=[],
-        results=str(output),
-    )
 
 
 def _unmoved(model: Model, given: Iterable[str]) -> list[str]:

@@ -5,23 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files, say, show, warn
-from m4e_fmi.cli.shared.log_handlers import add_log
-from m4e_fmi.cli.shared.options import (
-    EXIT_FAILED,
-    REPORT,
-    Commands,
-    add_build_folder,
-    add_no_plot,
-    add_report,
-)
-from m4e_fmi.cli.shared.progress import runs_progress
+from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
+from m4e_fmi.cli.shared.options import EXIT_FAILED, add_options, report_file
 from m4e_fmi.errors import InputError
 
 
-def add(commands: Commands) -> None:
-    """Add `study` to the command line."""
-    command = commands.add_parser("study", help="many runs: sea states, parameters, samples")
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `study`."""
     command.add_argument("study", type=Path, help="a study file (YAML)")
     command.add_argument(
         "--dry-run",
@@ -37,15 +27,20 @@ def add(commands: Commands) -> None:
     command.add_argument(
         "--fresh", action="store_true", help="make all runs, also those kept from earlier studies"
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     command.add_argument(
         "--output-file",
         type=Path,
         metavar="FILE",
         help="the result (.nc, or .csv as a long table); default build/NAME.nc",
     )
-    add_report(command, "maps, curves, scatter, numbers and series")
-    add_build_folder(command)
+    add_options(
+        command,
+        "--report",
+        help="write a report (.html): maps, curves, scatter, numbers and series in one file; "
+        "default build/NAME.report.html",
+    )
+    add_options(command, "--build-folder")
     add_log(command, events=True)
     command.set_defaults(command=_run)
 
@@ -78,7 +73,10 @@ def _run(options: argparse.Namespace) -> int:
         show(estimate(study, build_directory=options.build_folder))
         return 0
     output = options.output_file or options.build_folder / f"{file_stem(study.name)}.nc"
-    report = _report_file(options, output)
+    report = report_file(options, output)
+    if report and output.suffix.lower() != ".nc":
+        message = "--report is made from a netCDF file"
+        raise InputError.single(message, "let --output-file end with .nc", str(output))
     with runs_progress() as progress:
         outcome = run_study(
             study,
@@ -105,17 +103,3 @@ def _tell(line: str) -> None:
     from m4e_fmi.study.shown.warnings import WARNING
 
     (warn if WARNING in line else say)(line)
-
-
-def _report_file(options: argparse.Namespace, output: Path) -> Path | None:
-    """Path of the report; None if none is wanted. InputError if it cannot be made."""
-    from m4e_fmi.files.writing import check_suffix
-
-    if options.report is None:
-        return None
-    path = options.report if options.report.name else output.with_suffix(REPORT)
-    check_suffix(path, (".html",), "a report")
-    if output.suffix.lower() != ".nc":
-        message = "--report is made from a netCDF file"
-        raise InputError.single(message, "let --output-file end with .nc", str(output))
-    return path

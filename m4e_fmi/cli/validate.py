@@ -6,7 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from m4e_fmi.cli.shared.options import EXIT_FAILED, Commands
+from m4e_fmi.cli.shared.log import show_result
+from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 EPILOG = (
     "Exit code 1 if there are errors, or a check failed to run; warnings and notes leave it at 0. "
@@ -14,11 +15,9 @@ EPILOG = (
 )
 
 
-def add(commands: Commands) -> None:
-    """Add `validate` to the command line."""
-    command = commands.add_parser(
-        "validate", help="check FMUs: their descriptions and their behaviour", epilog=EPILOG
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `validate`."""
+    command.epilog = EPILOG
     command.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
     command.add_argument("--json", action="store_true", help="print the findings as JSON")
     for flag, text in (("--only", "check this group only"), ("--skip", "leave this group out")):
@@ -28,8 +27,6 @@ def add(commands: Commands) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    import json
-
     from m4e_fmi.fmu import validate_fmu
     from m4e_fmi.report import validation_text
 
@@ -55,7 +52,7 @@ def _run(options: argparse.Namespace) -> int:
         if not options.json:
             print(validation_text(report))
     if options.json:
-        print(json.dumps([report.as_dict() for report in reports], indent=2))
+        show_result("", [report.as_dict() for report in reports], options)
     return 0 if all(report.ok and report.complete for report in reports) else EXIT_FAILED
 
 

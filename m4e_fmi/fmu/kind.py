@@ -47,7 +47,7 @@ class FmuKind:
     start. Each is asked once for a system, also if several of its kinds have it.
 
     The rest is for kinds in water: ``displaced(config, *, folder)`` are the surfaces of what has
-    buoyancy by body and name (`report.drawing.space.hulls.Hull`, in the axes of the body);
+    buoyancy by body and name (`report.drawing.hulls.Hull`, in the axes of the body);
     ``stability(config, *, folder)`` is a text, None of kinds without;
     ``coefficients(config, *, name, folder, progress)`` are their hydrodynamic data,
     ``config_of_file(path, *, progress, depth)`` the configuration for a file of these, and

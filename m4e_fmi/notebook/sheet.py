@@ -38,11 +38,6 @@ def text(value: object) -> str:
     return escape(line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…", quote=True)
 
 
-def number(value: float | None) -> str:
-    """A number with six digits; a dash for None."""
-    return "–" if value is None else format(value, FLOAT).replace("-", "−")
-
-
 class Sheet:
     """Parts of HTML under a title, as many as fit."""
 
@@ -89,8 +84,8 @@ class Sheet:
             if room < 0:
                 break
             made.append(f"<tr>{cells}</tr>")
-        numeric = {k for k in kept if rows and isinstance(rows[0][k], float)}
-        head = "".join(_head(heads[k], numeric=k in numeric) for k in kept)
+        kinds = (' class="number"' if isinstance(rows[0][k], float) else "" for k in kept)
+        head = "".join(f"<th{c}>{text(heads[k])}</th>" for c, k in zip(kinds, kept, strict=True))
         left = len(rows) - len(made) + more
         rest = f'<p class="note">and {left} more</p>' if left else ""
         body = "".join(made)
@@ -104,12 +99,8 @@ class Sheet:
         return f'<div class="m4e-fmi"><style>{STYLE}</style>{"".join(parts)}</div>'
 
 
-def _head(title: str, *, numeric: bool) -> str:
-    kind = ' class="number"' if numeric else ""
-    return f"<th{kind}>{text(title)}</th>"
-
-
 def _cell(value: object) -> str:
     if value is None or isinstance(value, float):
-        return f'<td class="number">{number(value)}</td>'
+        number = "–" if value is None else format(value, FLOAT).replace("-", "−")
+        return f'<td class="number">{number}</td>'
     return f"<td>{text(value)}</td>"

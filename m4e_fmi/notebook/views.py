@@ -1,44 +1,37 @@
-"""HTML, figures and animations of objects; each kind of object has its sheet elsewhere."""
+"""HTML, figures and animations of objects; `sheets` has the sheet of each kind of object."""
 
 from __future__ import annotations
 
-import html as markup
-from collections.abc import Callable, Sequence
-from importlib import import_module
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import M4eError
-from m4e_fmi.notebook.sheet import Sheet
+from m4e_fmi.files.writing import check_suffix, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from m4e_fmi.notebook.framed import Animation
     from m4e_fmi.results.results_file import Results
     from m4e_fmi.simulate import Simulation
 
-SHEETS = {
-    "Model": "models.model_sheet",
-    "Equations": "models.equations_sheet",
-    "System": "systems.system_sheet",
-    "Results": "runs.results_sheet",
-    "Simulation": "runs.simulation_sheet",
-    "Outcome": "runs.outcome_sheet",
-    "Linearization": "linear.linearization_sheet",
-    "Modes": "linear.modes_sheet",
-}
-"""Kinds of objects, and the functions that make their sheets; imported when one is shown."""
+HEIGHT = 620
+"""Of the frame of an animation, in pixels."""
 
 
 def html(shown: object) -> str:
-    """The HTML of an object of one of the `SHEETS`; an error of ours becomes a line in it."""
-    module, _, name = SHEETS[type(shown).__name__].partition(".")
-    sheet: Callable[[object], Sheet] = getattr(import_module(f"m4e_fmi.notebook.{module}"), name)
+    """The HTML of an object that has a sheet; an error of ours becomes a line in it."""
+    from m4e_fmi.notebook.sheet import Sheet
+    from m4e_fmi.notebook.sheets import SHEETS
+
     try:
-        return sheet(shown).html()
+        return SHEETS[type(shown)](shown).html()
     except M4eError as error:
         found = Sheet(type(shown).__name__)
-        found.markup(f"<pre>{markup.escape(f'{shown!r}')}</pre>")
+        found.markup(f"<pre>{escape(f'{shown!r}')}</pre>")
         found.note(f"not shown as a table: {error}")
         return found.html()
 
@@ -48,17 +41,53 @@ def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
 
     InputError for a name that is not there.
     """
-    from m4e_fmi.notebook.shown_figure import ShownFigure
+    from matplotlib.figure import Figure
+
     from m4e_fmi.report.drawing.figures import results_figure, simulation_figure
+    from m4e_fmi.report.drawing.style import DOTS_PER_INCH
     from m4e_fmi.results.results_file import Results
+
+    class ShownFigure(Figure):
+        """A figure of matplotlib that notebooks show as a picture, without pyplot."""
+
+        def _repr_png_(self) -> bytes:
+            picture = io.BytesIO()
+            self.savefig(picture, format="png", dpi=DOTS_PER_INCH)
+            return picture.getvalue()
 
     made = results_figure if isinstance(shown, Results) else simulation_figure
     return made(shown, names, kind=ShownFigure)  # pyrefly: ignore[bad-argument-type]
 
 
+@dataclass(frozen=True, repr=False)
+class Animation:
+    """The page of an animation of the results in the file `source`; it loads nothing.
+
+    The frame of a notebook keeps its scripts apart from those of the notebook.
+    """
+
+    source: str
+    page: str
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to `path` (.html)."""
+        check_suffix(path, (".html",), "an animation")
+        with written(path) as part:
+            part.write_text(self.page, encoding="utf-8")
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe title="animation" sandbox="allow-scripts" width="100%" height="{HEIGHT}" '
+            f'style="border:0;background:#fff" srcdoc="{escape(self.page, quote=True)}"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"Animation of {self.source!r}: {len(self.page) / 1e3:.0f} kB of HTML"
+
+
 def animation(results: Results) -> Animation:
     """The animation of the results of a run; InputError for results without a scene."""
-    from m4e_fmi.notebook.framed import Animation
     from m4e_fmi.report.animation.results_page import run_page
 
     return Animation(str(results.path), run_page(results))

@@ -10,41 +10,50 @@ from typing import TYPE_CHECKING
 from m4e_fmi.lazy import lazy
 
 if TYPE_CHECKING:
+    from m4e_fmi.report.animation.animate import animate
     from m4e_fmi.report.animation.results_page import animate_run
-    from m4e_fmi.report.charts.difference_figure import plot_differences
-    from m4e_fmi.report.drawing.animation import animate
-    from m4e_fmi.report.drawing.decay_figure import plot_decay
+    from m4e_fmi.report.data_files import write_hydro, write_sea, write_waves
     from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
-    from m4e_fmi.report.drawing.hydro_figure import plot_hydro
     from m4e_fmi.report.drawing.motion import plot_modes
-    from m4e_fmi.report.drawing.pictures import check_picture_path
+    from m4e_fmi.report.drawing.record_figures import plot_decay, plot_differences
     from m4e_fmi.report.drawing.schematic import draw_model, model_figure
+    from m4e_fmi.report.drawing.style import check_picture_path
     from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
-    from m4e_fmi.report.drawing.wave_figure import plot_waves
+    from m4e_fmi.report.drawing.wave_figures import plot_hydro, plot_waves
     from m4e_fmi.report.files import write_simulation
-    from m4e_fmi.report.hydro_file import write_hydro
     from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
     from m4e_fmi.report.progress import progress_bar, say_beside
     from m4e_fmi.report.run_report.of_run import report_of_run
-    from m4e_fmi.report.text.decay_text import decay_json, decay_text
-    from m4e_fmi.report.text.difference_text import difference_json, difference_text
-    from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_values
-    from m4e_fmi.report.text.fmu_text import fmu_text
-    from m4e_fmi.report.text.hydro_text import hydro_json, hydro_text
-    from m4e_fmi.report.text.linear_text import linear_json, linear_text
-    from m4e_fmi.report.text.run_numbers import run_numbers, simulation_numbers
-    from m4e_fmi.report.text.summaries import run_summary, simulation_summary
+    from m4e_fmi.report.text.fmu_text import fmu_text, validation_text
+    from m4e_fmi.report.text.point_text import (
+        equilibrium_text,
+        equilibrium_values,
+        linear_json,
+        linear_text,
+    )
+    from m4e_fmi.report.text.record_text import (
+        decay_json,
+        decay_text,
+        difference_json,
+        difference_text,
+    )
+    from m4e_fmi.report.text.summaries import (
+        run_numbers,
+        run_summary,
+        simulation_numbers,
+        simulation_summary,
+    )
     from m4e_fmi.report.text.tables import model_tables
-    from m4e_fmi.report.text.validation_text import validation_text
     from m4e_fmi.report.text.wave_text import (
         comparison_json,
         comparison_text,
+        hydro_json,
+        hydro_text,
         sea_json,
         sea_text,
         wave_json,
         wave_text,
     )
-    from m4e_fmi.report.wave_file import write_sea, write_waves
 
 __all__ = [
     "animate",
@@ -96,40 +105,77 @@ __all__ = [
 ]
 
 _MODULES = {
+    "animation.animate": ("animate",),
     "animation.results_page": ("animate_run",),
-    "charts.difference_figure": ("plot_differences",),
-    "drawing.animation": ("animate",),
-    "drawing.decay_figure": ("plot_decay",),
-    "drawing.figures": ("plot_run", "plot_simulation"),
-    "drawing.hydro_figure": ("plot_hydro",),
+    "data_files": (
+        "write_hydro",
+        "write_sea",
+        "write_waves",
+    ),
+    "drawing.figures": (
+        "plot_run",
+        "plot_simulation",
+    ),
     "drawing.motion": ("plot_modes",),
-    "drawing.pictures": ("check_picture_path",),
-    "drawing.schematic": ("draw_model", "model_figure"),
-    "drawing.system_graph": ("draw_system", "system_figure"),
-    "drawing.wave_figure": ("plot_waves",),
+    "drawing.record_figures": (
+        "plot_decay",
+        "plot_differences",
+    ),
+    "drawing.schematic": (
+        "draw_model",
+        "model_figure",
+    ),
+    "drawing.style": ("check_picture_path",),
+    "drawing.system_graph": (
+        "draw_system",
+        "system_figure",
+    ),
+    "drawing.wave_figures": (
+        "plot_hydro",
+        "plot_waves",
+    ),
     "files": ("write_simulation",),
-    "hydro_file": ("write_hydro",),
-    "page.fmu_documentation": ("fmu_documentation", "whole_documentation"),
-    "progress": ("progress_bar", "say_beside"),
+    "page.fmu_documentation": (
+        "fmu_documentation",
+        "whole_documentation",
+    ),
+    "progress": (
+        "progress_bar",
+        "say_beside",
+    ),
     "run_report.of_run": ("report_of_run",),
-    "text.decay_text": ("decay_json", "decay_text"),
-    "text.difference_text": ("difference_json", "difference_text"),
-    "text.equilibrium_text": ("equilibrium_text", "equilibrium_values"),
-    "text.fmu_text": ("fmu_text",),
-    "text.hydro_text": ("hydro_json", "hydro_text"),
-    "text.linear_text": ("linear_json", "linear_text"),
-    "text.run_numbers": ("run_numbers", "simulation_numbers"),
-    "text.summaries": ("run_summary", "simulation_summary"),
+    "text.fmu_text": (
+        "fmu_text",
+        "validation_text",
+    ),
+    "text.point_text": (
+        "equilibrium_text",
+        "equilibrium_values",
+        "linear_json",
+        "linear_text",
+    ),
+    "text.record_text": (
+        "decay_json",
+        "decay_text",
+        "difference_json",
+        "difference_text",
+    ),
+    "text.summaries": (
+        "run_numbers",
+        "run_summary",
+        "simulation_numbers",
+        "simulation_summary",
+    ),
     "text.tables": ("model_tables",),
-    "text.validation_text": ("validation_text",),
     "text.wave_text": (
         "comparison_json",
         "comparison_text",
+        "hydro_json",
+        "hydro_text",
         "sea_json",
         "sea_text",
         "wave_json",
         "wave_text",
     ),
-    "wave_file": ("write_sea", "write_waves"),
 }
 __getattr__, __dir__ = lazy(__name__, _MODULES)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.doctor import versions
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.report.animation.scene_text import carried
-from m4e_fmi.report.run_report.inputs import versions
 from m4e_fmi.report.run_report.record import InputFile, Record, carried_record
 from m4e_fmi.results.results_file import check_export, export, stream_of, write_netcdf
 from m4e_fmi.results.row_file import ResultColumn, RowSection

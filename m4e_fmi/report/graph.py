@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.report.drawing.labels import shortened
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim.wiring.links import Link, Port
+    from m4e_fmi.cosim.wiring.links import Link
     from m4e_fmi.cosim.wiring.prepared import Prepared
 
 MOST_NAMES = 4
@@ -68,7 +68,8 @@ class Graph:
 def graph_of(prepared: Prepared) -> Graph:
     """The graph of a prepared system."""
     looped = {port.component for loop in prepared.structure.loops for port in loop}
-    timings, in_loop = prepared.timings, _in_loop(prepared)
+    timings, loops = prepared.timings, prepared.structure.loops
+    in_loop = {pair for loop in loops for pair in zip(loop, (*loop[1:], loop[0]), strict=True)}
     arrows = []
     for (source, target, once), links in _bundles(prepared).items():
         ranks = [TIMINGS.index(timings[link].name) for link in links if link in timings]
@@ -102,15 +103,6 @@ def _below(prepared: Prepared, name: str) -> str:
     if loose:
         return f"{loose} input{'s' * (loose > 1)} unconnected"
     return prepared.descriptions[name].path.name
-
-
-def _in_loop(prepared: Prepared) -> set[tuple[Port, Port]]:
-    """Pairs of ports that follow one another in an algebraic loop."""
-    return {
-        pair
-        for loop in prepared.structure.loops
-        for pair in zip(loop, (*loop[1:], loop[0]), strict=True)
-    }
 
 
 def _label(links: list[Link]) -> str:

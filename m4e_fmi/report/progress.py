@@ -22,10 +22,6 @@ def say_beside(line: str) -> None:
         tqdm.write(line, file=sys.stderr)
 
 
-def _unseen(_: float) -> None:
-    pass
-
-
 @contextmanager
 def progress_bar(stop_time: float, *, start: float = 0.0) -> Generator[Callable[[float], None]]:
     """A callable to be told the simulated time [s]; shows it and the real-time factor.
@@ -35,7 +31,7 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Generator[Callable[
     an error before that tells it alone. No run ends because the standard error takes nothing.
     """
     if sys.stderr is None or not sys.stderr.isatty():
-        yield _unseen
+        yield lambda _: None
         return
     from tqdm import tqdm
 

@@ -15,7 +15,6 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import chdir
-from dataclasses import fields
 from enum import Enum
 from pathlib import Path
 from types import ModuleType
@@ -26,7 +25,7 @@ from pydantic import BaseModel
 from support.example_systems import EXAMPLES
 
 from m4e_fmi.cli import COMMANDS, main
-from m4e_fmi.cli.shared.events import KINDS as EVENTS
+from m4e_fmi.cli.shared.log import EVENTS
 from m4e_fmi.cosim import load_system
 from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import kind_of, kinds
@@ -85,7 +84,7 @@ def options() -> Iterator[str]:
     """Arguments of each command; what has no default must be given."""
     commands = argparse.ArgumentParser().add_subparsers()
     for command in COMMANDS:
-        command.add(commands)
+        command.add(commands.add_parser(command.__name__.rpartition(".")[2]))
     for name, parser in commands.choices.items():
         for action in parser._actions:
             choices = ", ".join(map(str, action.choices)) if action.choices else ""
@@ -159,8 +158,8 @@ def printed(folder: Path, said: pytest.CaptureFixture[str]) -> Iterator[str]:
             yield from (f"{command[0]} --json: {path}" for path in dict.fromkeys(paths(found)))
         results = load("a.nc")
         yield from (f"results: attribute {name}" for name in sorted(results.attributes))
-    for event in EVENTS:
-        yield from (f"--events: {event.event}.{field.name}" for field in fields(event))
+    for event, fields in EVENTS.items():
+        yield from (f"--events: {event}.{field}" for field in fields)
 
 
 def paths(value: Any, above: str = "") -> Iterator[str]:

@@ -11,7 +11,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.morison.config import FIXED, Member, MorisonConfig
 from m4e_fmi.report.animation.shown import Shown, ShownHull
-from m4e_fmi.report.drawing.space.hulls import Hull, turned_hull
+from m4e_fmi.report.drawing.hulls import Hull, turned_hull
 
 
 def shown(config: MorisonConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:

@@ -14,7 +14,7 @@ from m4e_adapters.hydrodynamics.refinement_report import refinement_json
 from m4e_adapters.hydrodynamics.shown import shown
 from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
 from m4e_fmi.fmu import FmuKind
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 from m4e_fmus.water import CHECKS
 
 

@@ -13,7 +13,7 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Link, Port, Variables, Wiring
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 
 DRAG = ("drag_", "linear_drag_")
 """Beginnings of the last names of a hull's drag coefficients; `drag_force_…` are outputs."""

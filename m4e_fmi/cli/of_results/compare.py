@@ -7,28 +7,24 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, Commands, add_no_plot, finite
+from m4e_fmi.cli.shared.log import print_files, show_result
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, add_options, finite
 from m4e_fmi.errors import InputError, Problem
 
 
-def add(commands: Commands) -> None:
-    """Add `compare` to the command line."""
-    command = commands.add_parser(
-        "compare",
-        help="differences of results from a reference",
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `compare`."""
     files = "results (netCDF), or a table of any tool (CSV)"
     command.add_argument("file", type=Path, metavar="FILE", help=files)
     command.add_argument("reference", type=Path, metavar="REFERENCE", help=files)
     _add_pairs(command)
     _add_part(command)
     _add_measure(command)
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    add_options(command, "--json")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_compared.png"
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     command.set_defaults(command=_run)
 
 
@@ -91,8 +87,6 @@ def _add_measure(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    import json
-
     from m4e_fmi.analysis.comparison import compare
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.report import (
@@ -117,14 +111,10 @@ def _run(options: argparse.Namespace) -> int:
         relative_to=options.relative_to,
         floor=options.floor,
     )
-    if options.json:
-        print(json.dumps(difference_json(found), indent=2))
-    else:
-        print(difference_text(found))
+    show_result(difference_text(found), difference_json(found), options)
     if not options.no_plot:
         plot_differences(found, picture)
-        if not options.json:
-            print_files([picture])
+        print_files([picture], options)
     return 0 if found.is_within else EXIT_FAILED
 
 

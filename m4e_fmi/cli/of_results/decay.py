@@ -5,16 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, Commands, add_no_plot, finite
+from m4e_fmi.cli.shared.log import print_files, show_result
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite
 from m4e_fmi.errors import InputError, Problem, RunError
 
 
-def add(commands: Commands) -> None:
-    """Add `decay` to the command line."""
-    command = commands.add_parser(
-        "decay", help="period, linear and quadratic damping of a recorded free decay"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `decay`."""
     command.add_argument(
         "record", type=Path, metavar="FILE", help="a table with a time, or results (netCDF)"
     )
@@ -33,17 +30,15 @@ def add(commands: Commands) -> None:
         ("--stiffness", "or the stiffness"),
     ):
         command.add_argument(flag, type=finite, default=0.0, metavar="SI", help=text)
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    add_options(command, "--json")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_decay.png"
     )
-    add_no_plot(command)
+    add_options(command, "--no-plot")
     command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    import json
-
     from m4e_fmi.analysis.decay import fit_decay
     from m4e_fmi.report import check_picture_path, decay_json, decay_text, plot_decay
     from m4e_fmi.results.compared_file import read_measured
@@ -63,14 +58,11 @@ def _run(options: argparse.Namespace) -> None:
         remedy = "; ".join((*motion.doubts, error.remedy))
         raise RunError(f"{path}: {error.message}", remedy) from None
     inertia = {"mass": options.mass, "stiffness": options.stiffness}
-    if options.json:
-        print(json.dumps(decay_json(found, motion, **inertia), indent=2))
-    else:
-        print(decay_text(found, motion, **inertia))
+    values = decay_json(found, motion, **inertia)
+    show_result(decay_text(found, motion, **inertia), values, options)
     if not options.no_plot:
         plot_decay(found, motion, picture)
-        if not options.json:
-            print_files([picture])
+        print_files([picture], options)
 
 
 def _check(options: argparse.Namespace) -> None:

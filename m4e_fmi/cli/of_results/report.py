@@ -6,14 +6,10 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import Commands
 
 
-def add(commands: Commands) -> None:
-    """Add `report` to the command line."""
-    command = commands.add_parser(
-        "report", help="one HTML page of results: of a run, a simulation or a study"
-    )
+def add(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of `report`."""
     command.add_argument(
         "results",
         type=Path,

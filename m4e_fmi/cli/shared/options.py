@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from m4e_fmi.cli.shared.log import count, note, warn
 from m4e_fmi.errors import InputError, Problem
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
-Commands: TypeAlias = "argparse._SubParsersAction[Any]"
-"""To which commands add themselves."""
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
 REPORT = ".report.html"
@@ -30,40 +28,69 @@ MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML), or a robot (U
 MODEL_OR_SYSTEM = f"{MODEL_FILE}; or a system file, whose equations are connected to one program"
 
 
-def add_start_values(command: argparse.ArgumentParser, name: str) -> None:
-    """Add --start-value; `name` stands for the variable in the help."""
-    command.add_argument(
-        "--start-value",
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=(name, "VALUE"),
-        help="set a parameter, input or state at the start, as `start:` of a system file does: a "
-        "number in the variable's own unit (of a model SI), or with a unit, as '250 cm'; may be "
+SHARED = {
+    "--start-value": {
+        "nargs": 2,
+        "action": "append",
+        "default": [],
+        "metavar": ("NAME", "VALUE"),
+        "help": "set a parameter, input or state at the start, as `start:` of a system file does: "
+        "a number in the variable's own unit (of a model SI), or with a unit, as '250 cm'; may be "
         "given again",
-    )
+    },
+    "--output-file": {
+        "type": Path,
+        "metavar": "FILE",
+        "help": "results (.nc, .csv); default build/NAME.nc",
+    },
+    "--animate": {
+        "nargs": "?",
+        "type": Path,
+        "const": Path(),
+        "metavar": "FILE",
+        "help": "write an animation (.html); default build/NAME.html",
+    },
+    "--report": {
+        "nargs": "?",
+        "type": Path,
+        "const": Path(),
+        "metavar": "FILE",
+        "help": "write a report (.html): plots, animation, power flow, inputs in one file; "
+        "default build/NAME.report.html",
+    },
+    "--no-plot": {"action": "store_true", "help": "no picture"},
+    "--build-folder": {
+        "type": Path,
+        "default": Path(BUILD_FOLDER),
+        "metavar": "DIR",
+        "help": "where FMUs of a system are built; default build/",
+    },
+    "--native": {"action": argparse.BooleanOptionalAction},
+    "--open": {
+        "nargs": "+",
+        "action": "extend",
+        "default": [],
+        "metavar": "COMPONENT",
+        "help": "of a system: components that are left out, as those that are no equations; what "
+        "they give are inputs then",
+    },
+    "--settled": {
+        "nargs": "+",
+        "action": "extend",
+        "default": [],
+        "metavar": "COMPONENT",
+        "help": "of a system: components that are no equations, as mooring lines; they take part "
+        "by what they give at rest, and how that changes with what they take",
+    },
+    "--json": {"action": "store_true", "help": "print all numbers as JSON"},
+}
+"""Options of several commands, with the arguments of `add_argument`."""
 
 
-def add_output_file(command: argparse.ArgumentParser) -> None:
-    """Add --output-file, for results."""
-    command.add_argument(
-        "--output-file",
-        type=Path,
-        metavar="FILE",
-        help="results (.nc, .csv); default build/NAME.nc",
-    )
-
-
-def add_animate(command: argparse.ArgumentParser, text: str) -> None:
-    """Add --animate, for an animation beside the results."""
-    command.add_argument(
-        "--animate",
-        nargs="?",
-        type=Path,
-        const=Path(),
-        metavar="FILE",
-        help=f"{text}; default build/NAME.html",
-    )
+def add_options(command: argparse.ArgumentParser, *flags: str, **changed: object) -> None:
+    """Add options of `SHARED`; `changed` are arguments in place of those there."""
+    for flag in flags:
+        command.add_argument(flag, **{**SHARED[flag], **changed})  # pyrefly: ignore[bad-argument-type]
 
 
 def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[str]) -> Path | None:
@@ -78,52 +105,18 @@ def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[st
     return path
 
 
-def add_no_plot(command: argparse.ArgumentParser) -> None:
-    """Add --no-plot."""
-    command.add_argument("--no-plot", action="store_true", help="no picture")
-
-
-def add_report(
-    command: argparse.ArgumentParser, what: str = "plots, animation, power flow, inputs"
-) -> None:
-    """Add --report, for a report beside the results, which has `what`."""
-    command.add_argument(
-        "--report",
-        nargs="?",
-        type=Path,
-        const=Path(),
-        metavar="FILE",
-        help=f"write a report (.html): {what} in one file; default build/NAME.report.html",
-    )
-
-
-def report_file(options: argparse.Namespace, name: str) -> Path | None:
-    """Path of the report; None if none is wanted. InputError for another suffix than .html."""
+def report_file(options: argparse.Namespace, output: Path) -> Path | None:
+    """Path of the report beside `output`; None if none is wanted. InputError if it is no .html."""
     from m4e_fmi.files.writing import check_suffix
 
     if options.report is None:
         return None
-    path = options.report if options.report.name else output_file(options, name).with_suffix(REPORT)
+    path = options.report if options.report.name else output.with_suffix(REPORT)
     check_suffix(path, (".html",), "a report")
-    if options.animate and path.absolute() == options.animate.absolute():
+    animation = getattr(options, "animate", None)
+    if animation and path.absolute() == animation.absolute():
         raise InputError.single("--animate and --report name the same file", "", str(path))
     return path
-
-
-def add_build_folder(command: argparse.ArgumentParser) -> None:
-    """Add --build-folder."""
-    command.add_argument(
-        "--build-folder",
-        type=Path,
-        default=Path(BUILD_FOLDER),
-        metavar="DIR",
-        help="where FMUs of a system are built; default build/",
-    )
-
-
-def add_native(command: argparse.ArgumentParser, text: str) -> None:
-    """Add --native and --no-native; None where neither is given."""
-    command.add_argument("--native", action=argparse.BooleanOptionalAction, help=text)
 
 
 def start_values(options: argparse.Namespace) -> dict[str, float | str]:
@@ -212,28 +205,6 @@ def load_model(path: Path) -> Model:
     for warning in found.warnings:
         warn(f"warning: {warning}")
     return found
-
-
-def add_open(command: argparse.ArgumentParser) -> None:
-    """Add --open and --settled, for systems."""
-    command.add_argument(
-        "--open",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar="COMPONENT",
-        help="of a system: components that are left out, as those that are no equations; what they "
-        "give are inputs then",
-    )
-    command.add_argument(
-        "--settled",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar="COMPONENT",
-        help="of a system: components that are no equations, as mooring lines; they take part by "
-        "what they give at rest, and how that changes with what they take",
-    )
 
 
 def load_equations(options: argparse.Namespace) -> Model | Program:

@@ -13,10 +13,17 @@ from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Bond, Port
 from m4e_fmi.cosim.wiring.prepared import Prepared
+from m4e_fmi.doctor import versions
 from m4e_fmi.files.limits import LONGEST_NAME
 from m4e_fmi.report.graph import graph_of
-from m4e_fmi.report.run_report.inputs import input_file, versions
-from m4e_fmi.report.run_report.record import Flow, InputFile, Product, Record, carried_record
+from m4e_fmi.report.run_report.record import (
+    Flow,
+    InputFile,
+    Product,
+    Record,
+    carried_record,
+    input_file,
+)
 
 SEED = "seed"
 """The key of random numbers in system files."""

@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.report.animation.scene import Body, Cable, Followed, Place, Scene, Value
-from m4e_fmi.report.drawing.space.solids import Poses, quaternions, rotations
+from m4e_fmi.report.animation.scene import GROUND, Cable, Followed, Place, Scene, Spot, Value
 
 Floats = NDArray[np.float64]
 PER_BODY = 7
 """Numbers of a body: place [m], and quaternion."""
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Places (T, N, 3) [m] and attitudes (T, N, 3, 3), body to world axes, of all bodies."""
+
+    places: Floats
+    attitudes: Floats
+
+    def of(self, spot: Spot, frame: int = 0) -> Floats:
+        """Where a point is, (3,) [m]."""
+        at = np.array(spot.at)
+        return at if spot.body == GROUND else self.all_of(spot.body, at, frame)
+
+    def all_of(self, body: int, corners: Floats, frame: int = 0) -> Floats:
+        """Where points of a body are, (n, 3) [m], that are `corners` (n, 3) [m] in its axes."""
+        return self.places[frame, body] + corners @ self.attitudes[frame, body].T
 
 
 @dataclass(frozen=True)
@@ -62,10 +78,8 @@ def frames_of(scene: Scene, time: Floats, series: Mapping[str, Floats], *, most:
     def places(value: Sequence[Value]) -> Floats:
         return np.stack([_values(one, series, rows) for one in value], axis=1)
 
-    moved = np.zeros((rows, 0, 6))
-    if scene.bodies:
-        moved = np.stack([places(body.motion) for body in scene.bodies], axis=1)
-    turns = quaternions(_attitudes(moved))
+    moving = poses_of(scene, series, rows)
+    turns = quaternions(moving.attitudes)
     cables, whole, exact = [], [], []
     for cable in scene.cables:
         nodes = _nodes(cable, series)
@@ -73,8 +87,15 @@ def frames_of(scene: Scene, time: Floats, series: Mapping[str, Floats], *, most:
         held = _whole(cable, series, rows)
         whole.append(None if held is None else np.rint(at(held)))
         exact.append(nodes is cable.nodes)
-    poses = Poses(at(moved[..., :3]), _matrices(at(turns)))
+    poses = Poses(at(moving.places), _matrices(at(turns)))
     return Frames(times, poses, tuple(cables), tuple(whole), tuple(exact))
+
+
+def poses_of(scene: Scene, series: Mapping[str, Floats], rows: int = 1) -> Poses:
+    """Where the bodies are in the first `rows` of `series` (R,), variables in their units."""
+    motions = [_values(value, series, rows) for body in scene.bodies for value in body.motion]
+    moved = np.reshape(motions, (len(scene.bodies), 6, rows)).transpose(2, 0, 1)
+    return Poses(moved[..., :3], rotations(moved[..., 3:]))
 
 
 def _values(value: Value, series: Mapping[str, Floats], rows: int) -> Floats:
@@ -97,10 +118,28 @@ def _whole(cable: Cable, series: Mapping[str, Floats], rows: int) -> Floats | No
     return None if held.all() else held.astype(float)
 
 
-def _attitudes(moved: Floats) -> Floats:
-    """Attitudes (R, N, 3, 3) [1] of motions (R, N, 6) [m, rad]."""
-    flat = rotations(*moved.reshape(-1, 6)[:, 3:].T)
-    return flat.reshape(*moved.shape[:2], 3, 3)
+def rotations(angles: Floats) -> Floats:
+    """R_z(ψ) R_y(θ) R_x(φ), (…, 3, 3) [1], of roll, pitch, yaw `angles` (…, 3) [rad]."""
+    (cx, sx), (cy, sy), (cz, sz) = ((np.cos(a), np.sin(a)) for a in np.moveaxis(angles, -1, 0))
+    rows = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [-sy, cy * sx, cy * cx],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def quaternions(attitudes: Floats) -> Floats:
+    """(T, N, 4) [1] of `attitudes` (T, N, 3, 3) [1], scalar first, without jumps of the sign."""
+    from scipy.spatial.transform import Rotation
+
+    frames, count = attitudes.shape[:2]
+    found = Rotation.from_matrix(attitudes.reshape(-1, 3, 3)).as_quat().reshape(frames, count, 4)
+    found = found[..., [3, 0, 1, 2]]
+    for k in range(1, frames):
+        turned = (found[k] * found[k - 1]).sum(axis=-1) < 0
+        found[k, turned] *= -1
+    return found
 
 
 def _matrices(turns: Floats) -> Floats:
@@ -113,9 +152,9 @@ def _matrices(turns: Floats) -> Floats:
 
 def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> int:
     """Number of rows before the first that is not finite. InputError for missing variables."""
-    names = [value.variable for body in scene.bodies for value in _followed(body)]
-    ends = (value for cable in scene.cables for end in cable.ends for value in end)
-    names += [value.variable for value in ends if isinstance(value, Followed)]
+    values = [value for body in scene.bodies for value in body.motion]
+    values += [value for cable in scene.cables for end in cable.ends for value in end]
+    names = [value.variable for value in values if isinstance(value, Followed)]
     missing = sorted({name for name in names if name not in series})
     if missing:
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
@@ -132,10 +171,6 @@ def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> in
         message = f"it has {told} of finite numbers: there is no motion to be shown"
         raise InputError.single(message, "run it for at least one step")
     return rows
-
-
-def _followed(body: Body) -> Iterator[Followed]:
-    return (value for value in body.motion if isinstance(value, Followed))
 
 
 def packed(columns: Floats) -> dict[str, object]:

@@ -1,31 +1,49 @@
-"""Scenes of models: bodies, joints and loads between points."""
+"""Scenes of models: bodies, joints and loads between points.
+
+A planar model has its bodies as flat outlines near y = 0. One in space has their shapes or boxes
+with their moments of inertia, and sticks from their centres of gravity to all that holds them.
+"""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.model import Model
-from m4e_fmi.model.elements import inertia_of, parameter_values, quantity
+from m4e_fmi.model import Mesh, Model
+from m4e_fmi.model.elements import inertia_of, parameter_values, quantity, vector
+from m4e_fmi.model.loads import Bushing, TensionDamper, TensionSpring, TensionStop
 from m4e_fmi.model.shapes import MOST_TRIANGLES
-from m4e_fmi.report.animation.scene import COORDINATES, Body, Followed, Rope, Scene, Value
+from m4e_fmi.multibody import topology
+from m4e_fmi.multibody.topology import TreeLink
+from m4e_fmi.report.animation.scene import (
+    COORDINATES,
+    GROUND,
+    Body,
+    Followed,
+    Rope,
+    Scene,
+    Spot,
+    Triple,
+    Value,
+)
+from m4e_fmi.report.drawing.hulls import Hull, fitted, inertia_box, shape_hull
 from m4e_fmi.report.drawing.parts import ranks
-from m4e_fmi.report.drawing.scene import Anchor, unmoved_scene
-from m4e_fmi.report.drawing.scene import Scene as PlanarScene
-from m4e_fmi.report.drawing.space.hinges import GROUND, Spot
-from m4e_fmi.report.drawing.space.hulls import Hull
-from m4e_fmi.report.drawing.space.solids import Solids, solids
+from m4e_fmi.report.drawing.scene import Anchor, PlanarScene, unmoved_scene
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 THICKNESS = 0.02
 """Of a planar body's outline, relative to the size of the model."""
+LAYER = 1e-4
+"""Distance of planar bodies from those that hold them, towards the eye, in sizes of the model."""
 IN_PLANE = ("x", "z", "theta")
+AXIS = 0.22
+"""Half the length of a joint's axis, relative to the size of the model."""
 
 
 def scene_of_model(
@@ -42,19 +60,14 @@ def scene_of_model(
     """
     prefix = f"{component}." if component else ""
     if model.dimensions == 2:
-        shown = unmoved_scene(model, values or {})
-        return _planar(model, shown, prefix, THICKNESS * _size(shown) or _gyration(model))
-    return _spatial(model, solids(model, values, most=most), prefix)
+        return _planar(model, unmoved_scene(model, values or {}), prefix)
+    return _spatial(model, prefix, values or {}, most)
 
 
 def scene_of_simulation(model: Model, simulation: Simulation, component: str = "") -> Scene:
     """The scene of `scene_of_model` with the parameters that were simulated."""
-    return scene_of_model(model, component, simulated_parameters(simulation))
-
-
-def simulated_parameters(simulation: Simulation) -> dict[str, float]:
-    """The parameters of a simulation by name [SI]."""
-    return {v.name: v.start for v in simulation.program.parameters}
+    values = {v.name: v.start for v in simulation.program.parameters}
+    return scene_of_model(model, component, values)
 
 
 def _motion(prefix: str, body: str, moving: Sequence[str]) -> tuple[Value, ...]:
@@ -63,54 +76,120 @@ def _motion(prefix: str, body: str, moving: Sequence[str]) -> tuple[Value, ...]:
     )
 
 
-def _spatial(model: Model, shown: Solids, prefix: str) -> Scene:
-    bodies = tuple(
-        Body(f"{prefix}{name}", _motion(prefix, name, COORDINATES), (hull,), sticks)
-        for name, hull, sticks in zip(shown.bodies, shown.hulls, shown.sticks, strict=True)
-    )
-    aside = _ranks([frozenset(rope.ends) for rope in shown.ropes])
+def _ropes(ropes: Sequence[tuple[str, tuple[Spot, Spot]]]) -> tuple[Rope, ...]:
+    aside = ranks([(kind, frozenset[Hashable](ends)) for kind, ends in ropes])
+    return tuple(Rope(kind, ends, rank) for (kind, ends), rank in zip(ropes, aside, strict=True))
+
+
+def _spatial(model: Model, prefix: str, given: Mapping[str, float], most: int) -> Scene:
+    tree, values = topology(model), parameter_values(model.parameters)
+    values.update((name, value) for name, value in given.items() if name in values)
+
+    def numbers(owner: object, field: str) -> Triple:
+        found = [float(part.evaluate(values)) for part in vector(owner, field)]
+        return (found[0], found[1], found[2]) if len(found) == 3 else (0.0, 0.0, 0.0)
+
+    points = {
+        name: Spot(tree.index(point.body), numbers(point, "at"))
+        for name, point in model.points.items()
+    }
+    held, joints = [], []
+    for k, link in enumerate(tree.links):
+        if not link.joint_type.is_free:
+            x, y, z = numbers(link.joint, "joint_to_child")
+            spot = Spot(k, (-x, -y, -z))
+            base = Spot(link.parent, numbers(link.joint, "parent_to_joint"))
+            joints.append((link, spot, base))
+            held += [spot, base]
+    sticks: list[dict[Triple, None]] = [{} for _ in tree.links]
+    for spot in (*held, *points.values()):
+        if spot.body != GROUND:
+            sticks[spot.body][spot.at] = None
+    bodies = [model.bodies[link.body] for link in tree.links]
+    most = most // max(1, sum(isinstance(body.shape, Mesh) for body in bodies))
+    hulls = [
+        shape_hull(body.shape, values, most) if body.shape else inertia_box(body, values)
+        for body in bodies
+    ]
+    arms = [math.hypot(*end) for ends in sticks for end in ends]
+    arms += [math.hypot(*spot.at) for spot in points.values() if spot.body == GROUND]
+    largest = max(float(np.abs(hull.vertices).max()) for hull in hulls)
+    size = max(arms, default=0.0) or largest or 1.0
+
+    def lines() -> Iterator[tuple[Spot, Spot, bool]]:
+        """Axes of joints, and from parent to child where these slide; True for what turns."""
+        for link, spot, base in joints:
+            if link.joint_type.has_direction or link.joint_type.symbol == "sleeve":
+                yield base, spot, False
+            for name, middle in _axes(link, spot, base):
+                along = np.array(numbers(link.joint, name))
+                half = AXIS * size * along / np.linalg.norm(along)
+                yield _moved(middle, -half), _moved(middle, half), name != "direction"
+
     return Scene(
         title=model.name,
-        description=shown.description,
+        description=" ".join(model.description.split()),
         planar=False,
-        bodies=bodies,
-        hinges=tuple((hinge.spot, hinge.symbol == "square") for hinge in shown.hinges),
-        axes=tuple((*ends, turns) for ends, turns in shown.lines),
-        ropes=tuple(
-            Rope(rope.kind, rope.ends, rank) for rope, rank in zip(shown.ropes, aside, strict=True)
+        bodies=tuple(
+            Body(
+                f"{prefix}{link.body}",
+                _motion(prefix, link.body, COORDINATES),
+                (hull if body.shape else fitted(hull, size),),
+                tuple(ends),
+            )
+            for link, body, hull, ends in zip(tree.links, bodies, hulls, sticks, strict=True)
+        ),
+        hinges=tuple((spot, link.joint_type.symbol == "square") for link, spot, _ in joints),
+        axes=tuple(lines()),
+        ropes=_ropes(
+            [
+                (load.type, (points[load.points[0]], points[load.points[1]]))
+                for load in model.loads.values()
+                if isinstance(load, TensionSpring | TensionDamper | TensionStop | Bushing)
+            ]
         ),
     )
 
 
-def _ranks(ends: Sequence[frozenset[Spot]]) -> Iterator[float]:
-    """Of each rope its place among those with the same ends, counted from their middle."""
-    counts, seen = Counter(ends), Counter[frozenset[Spot]]()
-    for pair in ends:
-        yield seen[pair] - (counts[pair] - 1) / 2
-        seen[pair] += 1
+def _axes(link: TreeLink, spot: Spot, base: Spot) -> Iterator[tuple[str, Spot]]:
+    """The fields of a joint that are directions, each with the point that its line leads through.
+
+    Directions are fixed in the parent, and so is the first of two axes.
+    """
+    kind = link.joint_type
+    if kind.has_direction:
+        yield "direction", base
+    for name in kind.axes:
+        yield name, base if name == "axis" and len(kind.axes) > 1 else spot
 
 
-def _planar(model: Model, shown: PlanarScene, prefix: str, radius: float) -> Scene:
-    """Bodies as flat outlines at y = 0, of that `radius` [m] about their points."""
-    bodies = tuple(
-        Body(f"{prefix}{name}", _motion(prefix, name, IN_PLANE), (_flat(shown, k, radius),))
-        for k, name in enumerate(shown.bodies)
-    )
+def _moved(spot: Spot, way: np.ndarray) -> Spot:
+    x, y, z = (np.array(spot.at) + way).tolist()
+    return Spot(spot.body, (x, y, z))
+
+
+def _planar(model: Model, shown: PlanarScene, prefix: str) -> Scene:
+    size = _size(shown)
+    radius = THICKNESS * size or _gyration(model)
+
+    def flat(body: int) -> Hull:
+        corners = np.insert(shown.outline(body, radius), 1, -LAYER * size * shown.depths[body], 1)
+        return Hull(corners, (tuple(range(len(corners))),))
+
     joints = [joint for joint in shown.joints if not joint.type.is_free]
     return Scene(
         title=model.name,
         description=shown.description,
         planar=True,
-        bodies=bodies,
+        bodies=tuple(
+            Body(f"{prefix}{name}", _motion(prefix, name, IN_PLANE), (flat(k),))
+            for k, name in enumerate(shown.bodies)
+        ),
         hinges=tuple((_spot(joint.child), joint.type.symbol == "square") for joint in joints),
         axes=tuple(
             (_spot(joint.parent), _spot(joint.child), False) for joint in joints if joint.direction
         ),
-        ropes=tuple(
-            Rope(tie.kind, (_spot(tie.ends[0]), _spot(tie.ends[1])), rank)
-            for tie, rank in zip(shown.ties, ranks(shown), strict=True)
-            if not tie.kind.startswith("torsion")
-        ),
+        ropes=_ropes([(tie.kind, (_spot(tie.ends[0]), _spot(tie.ends[1]))) for tie in shown.ties]),
     )
 
 
@@ -129,12 +208,6 @@ def _gyration(model: Model) -> float:
         for body in bodies
     )
     return max(squares, default=0.0) ** 0.5 or 1.0
-
-
-def _flat(shown: PlanarScene, body: int, radius: float) -> Hull:
-    outline = shown.outline(body, radius)
-    corners = np.insert(outline, 1, 0.0, axis=1)
-    return Hull(corners, (tuple(range(len(corners))),))
 
 
 def _spot(anchor: Anchor) -> Spot:

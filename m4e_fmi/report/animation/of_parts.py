@@ -9,17 +9,18 @@ from m4e_fmi.model import Model
 from m4e_fmi.report.animation.of_model import scene_of_model, shifted
 from m4e_fmi.report.animation.scene import (
     COORDINATES,
+    GROUND,
     Body,
     Cable,
     Followed,
     Place,
     Rope,
     Scene,
+    Spot,
     Value,
     Water,
 )
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable, ShownHull, ShownRope
-from m4e_fmi.report.drawing.space.hinges import GROUND, Spot
 
 Y = COORDINATES.index("y")
 MOST_TRIANGLES = 2000

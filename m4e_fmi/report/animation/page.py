@@ -13,16 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.report.animation.frames import PER_BODY, Frames, packed
-from m4e_fmi.report.animation.scene import Rope, Scene, Water
+from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import plain_hull, plain_spot, short
-from m4e_fmi.report.drawing.space.pictures import RISE, TURN, colour
+from m4e_fmi.report.drawing.views import RISE, SIDE, TURN, colour, extent
 
 Floats = NDArray[np.float64]
 LONGEST = 20.0
 """Seconds that an animation takes; a longer simulation is shown faster."""
-SIDE_TURN, SIDE_RISE = -np.pi / 2, 0.12
-"""Where the eye is for planar scenes [rad]: ahead of the X–Z plane, a little above."""
-MARGIN = 0.02
+SIDE_RISE = 0.12
+"""How far the eye is above the still water of a planar scene [rad]."""
 REACH, ACROSS = 1.7, 0.6
 """Half sides of the water shown over the radius of what is near; the second in the plane."""
 FARTHER = 1.3
@@ -47,14 +46,14 @@ class Part:
     data: str
 
 
-def part(data: dict[str, object], painter: str) -> Part:
-    """The part for `data`, drawn by the file `painter`."""
+def part(data: dict[str, object]) -> Part:
+    """The part for `data`."""
     style, markup, player = map(_file, ("part.css", "part.html", "player.js"))
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return Part(
         style=style.rstrip(),
         markup=markup.rstrip(),
-        script=player.replace('"@painter@"', _file(painter)).rstrip(),
+        script=player.rstrip(),
         data=text.replace("<", "\\u003c"),  # no text ends or begins a script
     )
 
@@ -84,7 +83,7 @@ def times_of(times: Floats) -> dict[str, object]:
 
 def scene_part(scene: Scene, shown: Frames) -> Part:
     """The part of a scene, whose frames are `shown`."""
-    near = _near(scene, shown)
+    near = extent(scene, shown.poses, shown.cables)
     far = _far(scene, shown, near)
     columns = shown.columns()
     is_far = np.ptp(far, axis=0).max() > FARTHER * np.ptp(near, axis=0).max()
@@ -92,19 +91,22 @@ def scene_part(scene: Scene, shown: Frames) -> Part:
         **times_of(shown.times),
         **packed(columns),
         "numbers": PER_BODY,
-        "turn": SIDE_TURN if scene.planar else float(TURN),
-        "rise": SIDE_RISE if scene.planar else float(RISE),
+        "turn": SIDE if scene.planar else float(TURN),
+        "rise": (SIDE_RISE if scene.water else 0.0) if scene.planar else float(RISE),
         "near": near.tolist(),
         "far": far.tolist() if is_far else None,
         "ground": _ground(scene, near, far),
         "bodies": _bodies(scene),
-        "ropes": [_rope(rope) for rope in scene.ropes],
+        "ropes": [
+            {"kind": rope.kind, "ends": list(map(plain_spot, rope.ends)), "rank": rope.rank}
+            for rope in scene.ropes
+        ],
         "hinges": [[*plain_spot(spot), weld] for spot, weld in scene.hinges],
         "lines": [[plain_spot(a), plain_spot(b), turns] for a, b, turns in scene.axes],
         "cables": _cables(scene, shown),
         "water": scene.water and _water(scene.water, near, far, scene.planar),
     }  # fmt: skip
-    return part(data, "space.js")
+    return part(data)
 
 
 def _bodies(scene: Scene) -> list[dict[str, object]]:
@@ -120,10 +122,6 @@ def _bodies(scene: Scene) -> list[dict[str, object]]:
     ]
 
 
-def _rope(rope: Rope) -> dict[str, object]:
-    return {"kind": rope.kind, "ends": [plain_spot(end) for end in rope.ends], "rank": rope.rank}
-
-
 def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:
     """Each cable with the columns of its places, and of whether it is whole (−1: always)."""
     first = PER_BODY * len(scene.bodies)
@@ -135,40 +133,6 @@ def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:
         first += 3 * nodes.shape[1]
         flag += whole is not None
     return found
-
-
-def _near(scene: Scene, shown: Frames) -> Floats:
-    """Lower and upper corner (2, 3) [m] of bodies, and of joints on the ground.
-
-    Without water also of other points of the ground; of the cables, if nothing else is.
-    """
-    ground = [spot.at for spot, _ in scene.hinges if spot.body < 0]
-    if scene.water is None:
-        ground += [spot.at for rope in scene.ropes for spot in rope.ends if spot.body < 0]
-    seen = [np.reshape(ground, (-1, 3))]
-    count = len(shown.times)
-    for body, one in enumerate(scene.bodies):
-        corners = np.vstack([*(hull.vertices for hull in one.surfaces), *map(np.array, one.sticks),
-                             np.zeros((1, 3))])  # fmt: skip
-        if not one.surfaces and not one.sticks:
-            continue
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        box = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1])
-                        for z in (low[2], high[2])])  # fmt: skip
-        points = corners if len(corners) < len(box) else box
-        seen += [
-            shown.poses.all_of(body, points, frame)
-            for frame in range(0, count, max(1, count // 200))
-        ]
-    everything = np.concatenate([*seen, *(nodes.reshape(-1, 3) for nodes in _alone(seen, shown))])
-    corners = np.array([everything.min(axis=0), everything.max(axis=0)])
-    least = MARGIN * (np.ptp(corners, axis=0).max() or 1.0)
-    return corners + np.where(np.ptp(corners, axis=0) < least, least / 2, 0.0) * [[-1.0], [1.0]]
-
-
-def _alone(seen: Sequence[Floats], shown: Frames) -> tuple[Floats, ...]:
-    """The cables, where there are no bodies."""
-    return () if sum(map(len, seen)) else (*shown.cables, np.zeros((1, 1, 3)))
 
 
 def _far(scene: Scene, shown: Frames, near: Floats) -> Floats:

@@ -10,11 +10,20 @@ from itertools import chain
 
 import numpy as np
 
-from m4e_fmi.report.drawing.space.hinges import Spot, Triple
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 
+GROUND = -1
+Triple = tuple[float, float, float]
 COORDINATES = ("x", "y", "z", "phi", "theta", "psi")
 """Of a body: place [m], and R = R_z(psi) R_y(theta) R_x(phi) [rad] from body to world axes."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A point of a body, in body axes from its centre of gravity [m]; of the ground if −1."""
+
+    body: int
+    at: Triple
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import json
 import math
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TypedDict, cast
+from typing import Any
 
 import numpy as np
 
@@ -23,80 +23,21 @@ from m4e_fmi.report.animation.scene import (
     Place,
     Rope,
     Scene,
+    Spot,
     Train,
+    Triple,
     Value,
     Water,
 )
-from m4e_fmi.report.drawing.space.hinges import Spot, Triple
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.drawing.hulls import Hull
 from m4e_fmi.results.series import SCENE
 
 FORMAT = 1
 PLACES, WAVES, CORNERS = 6, 10, 5
 """Significant digits of places, of waves, and of the corners of surfaces."""
 
-PlainValue = float | str | tuple[str, float, float]
-PlainSpot = list[float]
-"""Number of a body, −1 for the ground, and x, y, z [m]."""
-
-
-class PlainHull(TypedDict):
-    """A surface."""
-
-    vertices: list[list[float]]
-    faces: list[list[int]]
-    edged: bool
-
-
-class PlainBody(TypedDict):
-    """A body."""
-
-    name: str
-    motion: list[PlainValue]
-    surfaces: list[PlainHull]
-    sticks: list[list[float]]
-
-
-class PlainCable(TypedDict):
-    """A cable."""
-
-    name: str
-    ends: list[list[PlainValue]]
-    nodes: list[list[PlainValue]]
-    tensions: list[str]
-
-
-class PlainTrain(TypedDict):
-    """Waves: the columns of a train."""
-
-    ramp: float
-    waves: list[list[float]]
-
-
-class PlainWater(TypedDict):
-    """Water; a depth of None is infinite."""
-
-    depth: float | None
-    trains: list[PlainTrain]
-    gauge: str
-
-
-class PlainScene(TypedDict):
-    """A scene, in values of JSON."""
-
-    format: int
-    title: str
-    description: str
-    planar: bool
-    bodies: list[PlainBody]
-    hinges: list[tuple[PlainSpot, bool]]
-    axes: list[tuple[PlainSpot, PlainSpot, bool]]
-    ropes: list[tuple[str, PlainSpot, PlainSpot, float]]
-    cables: list[PlainCable]
-    water: PlainWater | None
-    floor: float | None
-    notes: list[str]
-
+Plain = Any
+"""Values of JSON: a spot is the number of a body, −1 for the ground, and x, y, z [m]."""
 
 _DAMAGED = (
     ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, zlib.error
@@ -118,7 +59,7 @@ def scene_of_text(text: str) -> Scene:
         if data["format"] > FORMAT:
             message = f"its scene is of format {data['format']}, known are those up to {FORMAT}"
             raise InputError.single(message, "update m4e_fmi")
-        return _scene(cast(PlainScene, data))
+        return _scene(data)
     except _DAMAGED as error:
         raise InputError.single("its scene is damaged", "run again") from error
 
@@ -149,7 +90,7 @@ def short(numbers: Iterable[float], digits: int = PLACES) -> list[float]:
     return [float(f"{number:.{digits}g}") for number in numbers]
 
 
-def plain_hull(hull: Hull) -> PlainHull:
+def plain_hull(hull: Hull) -> Plain:
     """A surface in values of JSON."""
     return {
         "vertices": [short(corner, CORNERS) for corner in hull.vertices],
@@ -158,12 +99,12 @@ def plain_hull(hull: Hull) -> PlainHull:
     }
 
 
-def plain_spot(spot: Spot) -> PlainSpot:
+def plain_spot(spot: Spot) -> Plain:
     """A point of a body in values of JSON."""
     return [spot.body, *short(spot.at)]
 
 
-def _plain_scene(scene: Scene) -> PlainScene:
+def _plain_scene(scene: Scene) -> Plain:
     water = scene.water
     return {
         "format": FORMAT,
@@ -200,7 +141,7 @@ def _plain_scene(scene: Scene) -> PlainScene:
     }
 
 
-def _plain_water(water: Water) -> PlainWater:
+def _plain_water(water: Water) -> Plain:
     return {
         "depth": None if np.isinf(water.depth) else water.depth,
         "trains": [
@@ -211,8 +152,8 @@ def _plain_water(water: Water) -> PlainWater:
     }
 
 
-def _plain(values: Iterable[Value]) -> list[PlainValue]:
-    found: list[PlainValue] = []
+def _plain(values: Iterable[Value]) -> list[Plain]:
+    found: list[Plain] = []
     for value in values:
         if not isinstance(value, Followed):
             found.append(value)
@@ -223,7 +164,7 @@ def _plain(values: Iterable[Value]) -> list[PlainValue]:
     return found
 
 
-def _scene(data: PlainScene) -> Scene:
+def _scene(data: Plain) -> Scene:
     return Scene(
         title=data["title"],
         description=data["description"],
@@ -239,7 +180,7 @@ def _scene(data: PlainScene) -> Scene:
     )
 
 
-def _body(data: PlainBody) -> Body:
+def _body(data: Plain) -> Body:
     surfaces = (
         Hull(np.array(one["vertices"]), tuple(map(tuple, one["faces"])), one["edged"])
         for one in data["surfaces"]
@@ -248,19 +189,19 @@ def _body(data: PlainBody) -> Body:
     return Body(data["name"], tuple(_values(data["motion"])), tuple(surfaces), tuple(sticks))
 
 
-def _cable(data: PlainCable) -> Cable:
+def _cable(data: Plain) -> Cable:
     start, end = map(_place, data["ends"])
     nodes = tuple(map(_place, data["nodes"]))
     return Cable(data["name"], (start, end), nodes, tuple(data["tensions"]))
 
 
-def _water(data: PlainWater) -> Water:
+def _water(data: Plain) -> Water:
     trains = (Train(*map(np.array, one["waves"]), ramp=one["ramp"]) for one in data["trains"])
     depth = np.inf if data["depth"] is None else data["depth"]
     return Water(depth, tuple(trains), data["gauge"])
 
 
-def _values(data: Iterable[PlainValue]) -> Iterator[Value]:
+def _values(data: Iterable[Plain]) -> Iterator[Value]:
     for one in data:
         if isinstance(one, str):
             yield Followed(one)
@@ -268,12 +209,12 @@ def _values(data: Iterable[PlainValue]) -> Iterator[Value]:
             yield float(one) if isinstance(one, float | int) else Followed(*one)
 
 
-def _place(data: Iterable[PlainValue]) -> Place:
+def _place(data: Iterable[Plain]) -> Place:
     x, y, z = _values(data)
     return x, y, z
 
 
-def _spot(data: PlainSpot) -> Spot:
+def _spot(data: Plain) -> Spot:
     return Spot(int(data[0]), _triple(data[1:]))
 
 

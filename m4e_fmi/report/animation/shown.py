@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from m4e_fmi.report.animation.scene import Water
-from m4e_fmi.report.drawing.space.hinges import Triple
-from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.report.animation.scene import Triple, Water
+from m4e_fmi.report.drawing.hulls import Hull
 
 End = str | Triple
 """A point that moves, with variables ``name.x`` …, or a fixed place [m]."""

@@ -10,8 +10,7 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, unknown_names
 from m4e_fmi.report.drawing.labels import shortened
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY
+from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, plain, save
 from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.results.results_file import Results, Series, load
 
@@ -152,8 +151,5 @@ def _fill(axis: Axes, time: np.ndarray, panel: Panel) -> None:
             drawstyle=drawn,
             marker=marker,
         )
-    axis.grid(color="#d8dde2", lw=0.5)
-    axis.tick_params(labelsize=8)
+    plain(axis)
     axis.margins(x=0)
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)

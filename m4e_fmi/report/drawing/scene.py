@@ -1,4 +1,4 @@
-"""The shape of a model: numbers to draw from, at any pose.
+"""The shape of a planar model: numbers to draw from, in its start pose.
 
 Lengths in metres, angles in radians; points (x, z) of a body are in its axes from its centre of
 gravity, those of the ground (index −1) in world axes from the origin.
@@ -23,10 +23,10 @@ from m4e_fmi.multibody import Topology, model_program, topology
 from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
+from m4e_fmi.report.animation.scene import GROUND
 from m4e_fmi.report.drawing import symbols
 from m4e_fmi.report.drawing.symbols import Line, Pair
 
-GROUND_INDEX = -1
 MOST_BODIES_ACROSS = 12  # bodies in a row at which symbols begin to shrink with the bodies
 
 
@@ -68,7 +68,7 @@ class Push:
 
 
 @dataclass(frozen=True)
-class Scene:
+class PlanarScene:
     """A model to be drawn: bodies in the order of their numbers, joints in that of their children.
 
     `depths` are the bodies' distances from the ground in joints; `start` their poses, (N, 3).
@@ -114,60 +114,48 @@ class Scene:
         """Points of the ground that something is fastened to."""
         ends = [joint.parent for joint in self.joints if not joint.type.is_free]
         ends += [end for tie in self.ties for end in tie.ends]
-        return list(dict.fromkeys(end.at for end in ends if end.body == GROUND_INDEX))
+        return list(dict.fromkeys(end.at for end in ends if end.body == GROUND))
 
-    def place(self, anchor: Anchor, poses: np.ndarray) -> np.ndarray:
-        """A point in the world, (2,) [m]; `poses` are x, z, θ of every body, (N, 3) [m, m, rad]."""
-        if anchor.body == GROUND_INDEX:
+    def place(self, anchor: Anchor) -> np.ndarray:
+        """A point in the world, (2,) [m]."""
+        if anchor.body == GROUND:
             return np.array(anchor.at)
-        return turned(anchor.at, poses[anchor.body, 2]) + poses[anchor.body, :2]
+        return placed(anchor.at, self.start[anchor.body])
 
-    def place_all(self, anchor: Anchor, poses: np.ndarray) -> np.ndarray:
-        """A point of a body in the world, (T, 2) [m], at `poses` (T, N, 3) [m, m, rad]."""
-        return turned(anchor.at, poses[:, anchor.body, 2]) + poses[:, anchor.body, :2]
-
-    def extent(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner (2,) [m] of everything, over `poses` (T, N, 3) [m, m, rad]."""
+    @cached_property
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner (2,) [m] of everything."""
         places = [np.array(self.fixed).reshape(-1, 2)]
-        for body, attached in enumerate(self.attachments):
-            places += [self.place_all(Anchor(body, at), poses) for at in attached]
+        places += [
+            placed(np.array(attached), pose)
+            for attached, pose in zip(self.attachments, self.start, strict=True)
+        ]
         everything = np.vstack(places)
         return everything.min(axis=0), everything.max(axis=0)
 
-    def diagonal(self, poses: np.ndarray) -> float:
-        """Diagonal of everything [m], over `poses` (T, N, 3) [m, m, rad]; 1 m of a single point."""
-        low, high = self.extent(poses)
+    @cached_property
+    def diagonal(self) -> float:
+        """Diagonal of everything [m]; 1 m of a single point."""
+        low, high = self.extent
         return float(np.hypot(*(high - low))) or 1.0
 
-    def size(self, poses: np.ndarray) -> float:
-        """A length to scale symbols by [m]: the diagonal, or less where bodies are small.
-
-        `poses` (T, N, 3) are in [m, m, rad].
-        """
+    @cached_property
+    def size(self) -> float:
+        """A length to scale symbols by [m]: the diagonal, or less where bodies are small."""
         spans = [float(np.hypot(*np.ptp(np.array(held), axis=0))) for held in self.attachments]
         body = float(np.quantile(spans, 0.75))
-        diagonal = self.diagonal(poses)
-        return min(diagonal, MOST_BODIES_ACROSS * body) if body > 0 else diagonal
-
-    def poses(self, values: Mapping[str, ArrayLike]) -> np.ndarray:
-        """x, z, θ of every body, (T, N, 3) [m, m, rad].
-
-        `values` are variables by their names in a Program: scalar or (T,) [m, rad].
-        """
-        columns = [
-            np.column_stack([np.atleast_1d(values[f"body.{b}.{c}"]) for c in ("x", "z", "theta")])
-            for b in self.bodies
-        ]
-        return np.stack(columns, axis=1)
+        return min(self.diagonal, MOST_BODIES_ACROSS * body) if body > 0 else self.diagonal
 
 
-def turned(at: Pair, angle: float | np.ndarray) -> np.ndarray:
-    """A vector of a body in world axes, (2,) or (T, 2), in the vector's unit.
-
-    `angle` θ, scalar or (T,), is in [rad]; θ > 0 turns +Z towards +X.
-    """
+def turned(at: ArrayLike, angle: float) -> np.ndarray:
+    """Vectors `at` (…, 2) [m] of a body in world axes; `angle` θ > 0 [rad] turns +Z towards +X."""
     c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * at[0] + s * at[1], c * at[1] - s * at[0]], axis=-1)
+    return np.asarray(at) @ np.array([[c, -s], [s, c]])
+
+
+def placed(outline: ArrayLike, pose: np.ndarray) -> np.ndarray:
+    """Points `outline` (…, 2) [m] of a body in the world, at its `pose` (3,) [m, m, rad]."""
+    return pose[:2] + turned(outline, pose[2])
 
 
 def start_values(program: Program) -> dict[str, float]:
@@ -184,16 +172,17 @@ def start_values(program: Program) -> dict[str, float]:
     return values | dict(zip([v.name for v in program.outputs], outputs, strict=True))
 
 
-def scene(model: Model, program: Program | None = None) -> Scene:
+def planar_scene(model: Model, program: Program | None = None) -> PlanarScene:
     """Scene of a planar `model` at the start values of `program`, its own if none is given."""
     program = program or model_program(model)
     starts = {parameter.name: parameter.start for parameter in program.parameters}
     made, numbers = _unmoved(model, starts)
-    start = made.poses(start_values(program))[0]
+    values = start_values(program)
+    start = np.array([[values[f"body.{b}.{c}"] for c in ("x", "z", "theta")] for b in made.bodies])
     return replace(made, start=start, pushes=tuple(numbers.pushes(start)))
 
 
-def unmoved_scene(model: Model, given: Mapping[str, float]) -> Scene:
+def unmoved_scene(model: Model, given: Mapping[str, float]) -> PlanarScene:
     """Scene of a planar `model` with all bodies at the origin, without loads on single points.
 
     Parameters that are not `given` have the values of the model.
@@ -201,11 +190,11 @@ def unmoved_scene(model: Model, given: Mapping[str, float]) -> Scene:
     return _unmoved(model, given)[0]
 
 
-def _unmoved(model: Model, given: Mapping[str, float]) -> tuple[Scene, _Numbers]:
+def _unmoved(model: Model, given: Mapping[str, float]) -> tuple[PlanarScene, _Numbers]:
     tree, values = topology(model), parameter_values(model.parameters)
     values.update((name, value) for name, value in given.items() if name in values)
     numbers = _Numbers(model, tree, values)
-    made = Scene(
+    made = PlanarScene(
         title=model.name,
         description=" ".join(model.description.split()),
         bodies=tuple(link.body for link in tree.links),

@@ -6,6 +6,7 @@ After figure 2 of S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,19 +18,17 @@ from m4e_fmi.program import Program
 from m4e_fmi.report.drawing import symbols
 from m4e_fmi.report.drawing.labels import Labels, shortened
 from m4e_fmi.report.drawing.parts import (
+    JOINT,
     colour_of,
     direction_of,
     ground_lines,
     guides,
-    placed,
     ranks,
     tie_lines,
 )
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.scene import Scene, scene
-from m4e_fmi.report.drawing.space.pictures import space_figure
-from m4e_fmi.report.drawing.space.solids import solids, start_poses
-from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
+from m4e_fmi.report.drawing.scene import PlanarScene, placed, planar_scene
+from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale, save
+from m4e_fmi.report.drawing.views import space_figure, start_poses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,8 +55,7 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
 
     if model.dimensions == 3:
         return _in_space(model, program, named=True)
-    shown = scene(model, program)
-    size = shown.size(shown.start[None])
+    shown = planar_scene(model, program)
     low, high = _limits(shown)
     scale = min(np.array(LARGEST) / (high - low))
     figure = Figure(figsize=tuple(scale * (high - low)), layout="constrained")
@@ -68,14 +66,17 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     _frame(axis)
     _write_title(axis, shown, scale * (high - low)[0])
     labels = Labels(axis)
-    Drawing(axis, shown, shown.start, size, labels).everything()
+    Drawing(axis, shown, shown.size, labels).everything()
     labels.place()
     return figure
 
 
 def _in_space(model: Model, program: Program | None, *, named: bool) -> Figure:
-    poses = start_poses(model, program or model_program(model))
-    return space_figure(solids(model), poses, inches=LARGEST[1] if named else ICON, named=named)
+    from m4e_fmi.report.animation.of_model import scene_of_model
+
+    shown = scene_of_model(model)
+    poses = start_poses(shown, program or model_program(model))
+    return space_figure(shown, poses, inches=LARGEST[1] if named else ICON, named=named)
 
 
 def model_icon(model: Model, *, program: Program | None = None) -> Figure:
@@ -84,7 +85,7 @@ def model_icon(model: Model, *, program: Program | None = None) -> Figure:
 
     if model.dimensions == 3:
         return _in_space(model, program, named=False)
-    shown = scene(model, program)
+    shown = planar_scene(model, program)
     low, high = _limits(shown)
     middle, half = (low + high) / 2, 0.46 * max(high - low)
     figure = Figure(figsize=(ICON, ICON))
@@ -93,22 +94,21 @@ def model_icon(model: Model, *, program: Program | None = None) -> Figure:
     axis.set_aspect("equal")
     axis.set_xlim(middle[0] - half, middle[0] + half)
     axis.set_ylim(middle[1] - half, middle[1] + half)
-    size = BOLDER * shown.size(shown.start[None])
-    Drawing(axis, shown, shown.start, size, Labels(axis)).mechanism()
+    Drawing(axis, shown, BOLDER * shown.size, Labels(axis)).mechanism()
     return figure
 
 
-def _limits(shown: Scene) -> tuple[np.ndarray, np.ndarray]:
+def _limits(shown: PlanarScene) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the picture [m]: room for names, and neither side much longer than the other."""
-    low, high = shown.extent(shown.start[None])
-    margin = 0.14 * shown.diagonal(shown.start[None])
+    low, high = shown.extent
+    margin = 0.14 * shown.diagonal
     low, high = low - margin, high + margin
     sides = high - low
     missing = np.maximum(0, sides.max() * LEAST_RATIO - sides) / 2
     return low - missing, high + missing
 
 
-def _write_title(axis: Axes, shown: Scene, width: float) -> None:
+def _write_title(axis: Axes, shown: PlanarScene, width: float) -> None:
     """The name, and the description in lines that fit `width` [inches]."""
     lines = textwrap.wrap(
         shown.description, int(13 * width), max_lines=MOST_LINES, placeholder=" …"
@@ -134,13 +134,10 @@ def _frame(axis: Axes) -> None:
 class Drawing:
     """The parts of a scene on an axis; `size` is the length that symbols are scaled by [m]."""
 
-    def __init__(
-        self, axis: Any, shown: Scene, poses: np.ndarray, size: float, labels: Labels
-    ) -> None:
-        self.axis, self.scene, self.poses, self.labels = axis, shown, poses, labels
-        self.size, self.diagonal = size, shown.diagonal(poses[None])
+    def __init__(self, axis: Any, shown: PlanarScene, size: float, labels: Labels) -> None:
+        self.axis, self.scene, self.labels, self.size = axis, shown, labels, size
         self.body_radius = 0.02 * size
-        self.joint_radius = 0.0085 * size
+        self.joint_radius = JOINT * size
 
     def everything(self) -> None:
         """Mechanism, forces, points, axes and gravity."""
@@ -167,17 +164,17 @@ class Drawing:
         self.axis.add_patch(Polygon(points, closed=True, fc=face, ec=edge, lw=lw, zorder=order))
 
     def _ground(self) -> None:
-        for line in ground_lines(self.scene, self.poses[None], self.size):
+        for line in ground_lines(self.scene, self.size):
             self._line(line, GREY, 1.0, zorder=1)
             self.labels.avoid(line)
 
     def _bodies(self) -> None:
         for k, name in enumerate(self.scene.bodies):
             colour = BODY_COLOURS[k % len(BODY_COLOURS)]
-            outline = placed(self.scene.outline(k, self.body_radius), self.poses[k])
+            outline = placed(self.scene.outline(k, self.body_radius), self.scene.start[k])
             order = 3 + 0.1 * self.scene.depths[k]
             self._fill(outline, (*pale(colour), 0.9), colour, order)
-            centre = self.poses[k, :2]
+            centre = self.scene.start[k, :2]
             self._centre(centre, colour)
             label = f"{k + 1} {name}" if len(self.scene.bodies) <= MOST_NAMES else f"{k + 1}"
             self.labels.add(label, centre, colour, bold=True)
@@ -193,37 +190,40 @@ class Drawing:
 
     def _joints(self) -> None:
         for joint in self.scene.joints:
-            at = self.scene.place(joint.child, self.poses)
+            at = self.scene.place(joint.child)
             if joint.type.symbol == "circle":
                 self._fill(symbols.circle(at, self.joint_radius), PAPER, INK, 7)
             elif joint.type.symbol == "square":
                 side = 1.7 * self.joint_radius
                 self._fill(symbols.box(at, side, side, (1, 0)), INK, INK, 7)
             elif joint.type.symbol == "sleeve":
-                direction = direction_of(joint, self.poses)
+                direction = direction_of(joint, self.scene)
                 reach = 0.06 * self.size * direction
                 self._line(np.array([at - reach, at + reach]), INK, 0.9, ls=(0, (5, 2, 1, 2)),
                            zorder=6)  # fmt: skip
                 sleeve = symbols.box(at, 4.2 * self.joint_radius, 2 * self.joint_radius, direction)
                 self._fill(sleeve, PAPER, INK, 7)
-        for line in guides(self.scene, self.poses):
+        for line in guides(self.scene):
             self._line(line, INK, 0.8, ls=":", zorder=2)
 
     def _points(self) -> None:
         for name, anchor in self.scene.points.items():
-            at = self.scene.place(anchor, self.poses)
+            at = self.scene.place(anchor)
             self.axis.plot([at[0]], [at[1]], "o", ms=2.6, color=INK, zorder=8)
             self.labels.add(name, at, GREY)
 
     def _ties(self) -> None:
-        for tie, rank in zip(self.scene.ties, ranks(self.scene), strict=True):
-            for line in tie_lines(self.scene, tie, rank, self.poses, self.size):
-                self._line(line, colour_of(tie), 1.1, zorder=5)
+        ties = [(tie.kind, frozenset[Hashable](tie.ends)) for tie in self.scene.ties]
+        for tie, rank in zip(self.scene.ties, ranks(ties), strict=True):
+            ends = sorted(tie.ends, key=lambda end: (end.body, end.at))
+            places = np.array([self.scene.place(end) for end in ends])
+            for line in tie_lines(tie.kind, places, rank, self.size):
+                self._line(line, colour_of(tie.kind), 1.1, zorder=5)
                 self.labels.avoid(line)
 
     def _pushes(self) -> None:
         for push in self.scene.pushes:
-            at = self.scene.place(push.at, self.poses)
+            at = self.scene.place(push.at)
             if push.direction is None:
                 line = symbols.arc(at, 2.6 * self.joint_radius, -0.6, 3.6)[::-1]
                 self._line(line, FORCE, 1.6, zorder=9)
@@ -231,7 +231,7 @@ class Drawing:
                 self.labels.add(push.name, line[20], FORCE)
                 self.labels.avoid(line)
                 continue
-            tip = at + 0.11 * self.diagonal * np.array(push.direction)
+            tip = at + 0.11 * self.scene.diagonal * np.array(push.direction)
             self._arrow(at, tip, FORCE)
             self.labels.add(push.name, tip, FORCE)
             self.labels.avoid(np.array([at, tip]))
@@ -244,13 +244,13 @@ class Drawing:
     def _axes_and_gravity(self) -> None:
         """World axes at the origin if it is in sight, in the lower left corner else; gravity."""
         (left, right), (low, high) = self.axis.get_xlim(), self.axis.get_ylim()
-        reach = 0.07 * self.diagonal
+        reach = 0.07 * self.scene.diagonal
         origin = np.array([left + 0.03 * (right - left), low + 0.03 * (high - low)])
         for direction, name in (((1, 0), "X"), ((0, 1), "Z")):
             tip = origin + reach * np.array(direction)
             self._arrow(origin, tip, INK, 1.2)
-            self.axis.annotate(name, tip + 0.018 * self.diagonal * np.array(direction), color=INK,
-                               fontsize=8, ha="center", va="center")  # fmt: skip
+            place = tip + 0.018 * self.scene.diagonal * np.array(direction)
+            self.axis.annotate(name, place, color=INK, fontsize=8, ha="center", va="center")
         if self.scene.gravity:
             down = np.array([0, -np.sign(self.scene.gravity)])
             top = np.array([right - 0.04 * (right - left), high - 0.03 * (high - low)])

@@ -21,27 +21,11 @@ def rounded_hull(points: ArrayLike, radius: float) -> Line:
 
 
 def convex_hull(points: ArrayLike) -> Line:
-    """Corners (m, 2) [m] of the convex hull of `points` (n, 2) [m], counter-clockwise.
+    """Corners (m, 2) [m] of the convex hull of `points` (n, 2) [m], counter-clockwise."""
+    from scipy.spatial import ConvexHull
 
-    By Andrew's monotone chain.
-    """
-    ordered = sorted(set(map(tuple, np.asarray(points, float).tolist())))
-    if len(ordered) < 3:
-        return np.array(ordered)
-
-    def half(sequence: list[Pair]) -> list[Pair]:
-        kept: list[Pair] = []
-        for point in sequence:
-            while len(kept) > 1 and _turns_right(kept[-2], kept[-1], point):
-                kept.pop()
-            kept.append(point)
-        return kept[:-1]
-
-    return np.array(half(ordered) + half(ordered[::-1]))
-
-
-def _turns_right(a: Pair, b: Pair, c: Pair) -> bool:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0
+    hull = ConvexHull(points)
+    return hull.points[hull.vertices]
 
 
 def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) -> Line:

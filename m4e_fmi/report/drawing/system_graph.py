@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.report.drawing.labels import Box, covering, shortened
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
+from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale, save
 from m4e_fmi.report.graph import TIMINGS, Arrow, Graph, GraphComponent, graph_of
 
 if TYPE_CHECKING:
@@ -109,15 +108,12 @@ def layout(names: Sequence[str], pairs: Iterable[tuple[str, str]]) -> dict[str, 
         points *= _spread(points)
         parts.append(dict(zip(members, points, strict=True)))
     found: dict[str, np.ndarray] = {}
-    for part, corner in zip(parts, _corners([_extent(part) for part in parts]), strict=True):
+    for part, corner in zip(
+        parts, _corners([np.ptp(list(part.values()), axis=0) for part in parts]), strict=True
+    ):
         low = np.min(list(part.values()), axis=0)
         found |= {name: place - low + corner for name, place in part.items()}
     return found
-
-
-def _extent(part: dict[str, np.ndarray]) -> np.ndarray:
-    """Width and height (2,) [inches] of the centres of a part's components."""
-    return np.ptp(np.array(list(part.values())), axis=0)
 
 
 def _corners(extents: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -119,7 +119,10 @@ def _series(
     unset = [v.name for v in program.parameters if is_unset(v)]
     if unset:
         return {}, [f"no reference series, because {', '.join(unset)} has no value"]
-    interval = _interval(description, columns=1 + sum(len(v.members) for v in outputs))
+    numbers = (
+        description.stop_time / description.step_size * (1 + sum(len(v.members) for v in outputs))
+    )
+    interval = description.step_size * max(1, math.ceil(numbers / MOST_NUMBERS))
     try:
         found = simulate(
             program,
@@ -132,7 +135,10 @@ def _series(
     except RunError as error:
         return {}, [f"no reference series, because the default experiment fails: {error.message}"]
     columns = [[found.time], *([found[m.name] for m in v.members] for v in outputs)]
-    cells = [[_cell(values) for values in zip(*column, strict=True)] for column in columns]
+    cells = [
+        [" ".join(f"{value:.10g}" for value in values) for values in zip(*column, strict=True)]
+        for column in columns
+    ]
     lines = [",".join(f'"{name}"' for name in ["time", *(v.name for v in outputs)])]
     lines += [",".join(row) for row in zip(*cells, strict=True)]
     settings = {
@@ -148,16 +154,6 @@ def _series(
     }
     text = f'<a href="{stem}.csv">{stem}.csv</a>: the outputs of the default experiment'
     return files, [f"{text}, every {interval:g} s"]
-
-
-def _cell(values: Sequence[float]) -> str:
-    return " ".join(f"{value:.10g}" for value in values)
-
-
-def _interval(description: ModelDescription, *, columns: int) -> float:
-    """A multiple of the step size that gives at most MOST_NUMBERS."""
-    rows = description.stop_time / description.step_size
-    return description.step_size * max(1, math.ceil(rows * columns / MOST_NUMBERS))
 
 
 def _icon(figure: Figure) -> bytes:

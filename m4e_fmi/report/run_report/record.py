@@ -5,9 +5,11 @@ The attribute `record` is written when the results begin, `record_end` when the 
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from m4e_fmi.errors import InputError
@@ -144,3 +146,17 @@ def _read(kind: type[Kept], text: str | None, path: str) -> Kept:
         message = f"its record of the run is of format {found.format}, newer than this m4e_fmi"
         raise InputError.single(message, "update m4e_fmi", path)
     return found
+
+
+def input_file(path: Path, name: str, *, kept: bool = True) -> InputFile | None:
+    """A file, with its text if that is `kept` and not too long; None if it cannot be read."""
+    try:
+        data = path.read_bytes() if path.is_file() else None
+    except (OSError, ValueError):
+        return None
+    if data is None:
+        return None
+    text = None
+    if kept and len(data) <= LONGEST:
+        text = data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
+    return InputFile(name, hashlib.sha256(data).hexdigest(), text)

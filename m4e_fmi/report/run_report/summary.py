@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from m4e_fmi.report.digits import aligned, percent, quantity
-from m4e_fmi.report.panels import fitting, moving, panels
+from m4e_fmi.report.panels import fitting, moving, panels, percent, quantity
 from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
-from m4e_fmi.report.text.summaries import mean_over_time
+from m4e_fmi.report.text.summaries import extremes
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
 from m4e_fmi.results.results_file import AT_STOP, Results
 from m4e_fmi.results.row_file import NOT_ENDED
@@ -112,12 +109,8 @@ def _extremes(results: Results) -> str:
     if not len(results.time):
         return ""
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
-    rows = list[tuple[str, ...]]()
-    for panel in map(fitting, moving(panels(reals))):
-        for name, one in panel.series.items():
-            values = panel.scale * one.values
-            numbers = (np.min(values), mean_over_time(results.time, values), np.max(values))
-            rows.append((name, panel.unit, *aligned(*map(float, numbers))))
+    found = extremes(map(fitting, moving(panels(reals))), results.time)
+    rows = [(name, unit, *numbers) for name, unit, numbers in found]
     heads = ("variable", "unit", "min", "mean", "max")
     return (
         "<h3>Extremes</h3>" + table("From the rows of the results", heads, rows, texts=2)

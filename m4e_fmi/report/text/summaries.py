@@ -1,15 +1,14 @@
-"""Summaries of runs and simulations, as text."""
+"""Summaries of runs and simulations: as text, and as numbers for programs that read them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.digits import aligned, percent, quantity
-from m4e_fmi.report.panels import fitting, moving, panels
+from m4e_fmi.report.panels import Panel, aligned, fitting, moving, panels, percent, quantity
 from m4e_fmi.results.results_file import Results, Series
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
+Entry = dict[str, object]
 MOST_MESSAGES = 20
 """Kinds of messages that a summary has."""
 MOST_SWITCHES = 12
@@ -39,7 +39,8 @@ def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
         *(f"  {line}" for line in map("warning: {}".format, outcome.warnings) if line not in told),
-        *_scenario(outcome.scenario),
+        *(["scenario:"] if outcome.scenario else []),
+        *(f"  {line}" for line in outcome.scenario),
         *_messages([message for message in outcome.messages if str(message) not in told]),
         *_certified(outcome),
         *_extremes(loaded, _rows(loaded, outcome.steps)),
@@ -68,11 +69,6 @@ def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
         if bond.adds:
             lines.append(f"    the sum of the forces of {', '.join(bond.adds)}, counted as one")
     return lines
-
-
-def _scenario(actions: Sequence[str]) -> list[str]:
-    """When each action of the scenario began and ended."""
-    return ["scenario:", *(f"  {line}" for line in actions)] if actions else []
 
 
 def _messages(messages: Sequence[FmuMessage]) -> list[str]:
@@ -122,21 +118,19 @@ def _extremes(results: Results, rows: str) -> list[str]:
     """
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = [fitting(panel) for panel in moving(panels(reals))]
-    shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [
-        f"mean power {quantity(watts * mean_over_time(results.time, one.values), 'W')}"
+        f"mean power {quantity(watts * ranges(one.values, results.time)[1], 'W')}"
         f" over {span:g} s ({name}){rows and f', {rows}'}"
         for name, one in _powers(reals).items()
         if (watts := _watts(one.unit))
     ]
+    shown = extremes(found, results.time)
     if shown:
         lines.append(f"  {rows:<36} {'min':>10} {'mean':>10} {'max':>10}")
-    for panel, name, one in shown:
-        values = panel.scale * one.values
-        low, mean, high = np.min(values), mean_over_time(results.time, values), np.max(values)
-        told = " ".join(f"{text:>10}" for text in aligned(low, mean, high))
-        lines.append(f"  {name:<36} {told} {panel.unit}")
+    for name, unit, numbers in shown:
+        told = " ".join(f"{text:>10}" for text in numbers)
+        lines.append(f"  {name:<36} {told} {unit}")
     lines += [
         f"  {panel.left_out} more in {panel.unit}, which vary less, are in the results"
         for panel in found
@@ -167,10 +161,23 @@ def _watts(unit: str) -> float:
     return found.factor if ours == theirs else 0.0
 
 
-def mean_over_time(time: np.ndarray, values: np.ndarray) -> float:
-    """The mean of `values` (n,) over `time` (n,) [s], by the trapezoidal rule."""
+def ranges(values: np.ndarray, time: np.ndarray) -> tuple[float, float, float]:
+    """Smallest, mean and largest of `values` (n,) over `time` (n,) [s], in the unit of `values`.
+
+    The mean is by the trapezoidal rule.
+    """
     span = float(time[-1] - time[0])
-    return float(np.trapezoid(values, time) / span if span else values[0])
+    mean = np.trapezoid(values, time) / span if span else values[0]
+    return float(np.min(values)), float(mean), float(np.max(values))
+
+
+def extremes(shown: Iterable[Panel], time: np.ndarray) -> list[tuple[str, str, list[str]]]:
+    """Names, units, and the `ranges` of what is in panels as texts, over `time` (n,) [s]."""
+    return [
+        (name, panel.unit, aligned(*ranges(panel.scale * one.values, time)))
+        for panel in shown
+        for name, one in panel.series.items()
+    ]
 
 
 def _switches(results: Results, rows: str) -> list[str]:
@@ -227,3 +234,63 @@ def _energy(simulation: Simulation) -> list[str]:
     ]
     percent = 100 * audit.relative
     return [*lines, f"energy balance closes to {percent:.1e} % of {audit.scale:.6g} J"]
+
+
+def run_numbers(outcome: Outcome) -> tuple[list[Entry], list[Entry]]:
+    """Numbers {name, unit, value} of a run that wrote results, and those of its variables.
+
+    Errors of the coupling are shares [1] of the range of their output; energies [J] are those over
+    the connections, from the force's source into the body.
+    """
+    loaded = outcome.results()
+    time = loaded.time
+    numbers = [
+        _number("simulated time", "s", float(time[-1] - time[0])),
+        _number("wall time of the run", "s", outcome.wall_time),
+        _number("steps", "1", outcome.steps),
+        _number("steps made again", "1", outcome.rejected),
+    ]
+    if not isinstance(outcome.certificate, str) and outcome.certificate.errors:
+        worst = outcome.certificate.errors[0]
+        name = f"coupling error of {worst.source}{outcome.certificate.uncovered}"
+        numbers.append(_number(name, "1", worst.error))
+    for bond in outcome.energy:
+        numbers.append(_number(f"energy given over {bond.connection}", "J", bond.given))
+        numbers.append(_number(f"energy received over {bond.connection}", "J", bond.received))
+    return numbers, _variable_numbers(loaded.series, time)
+
+
+def simulation_numbers(simulation: Simulation) -> tuple[list[Entry], list[Entry]]:
+    """Numbers {name, unit, value} of a simulation, and those of its variables."""
+    numbers = [
+        _number("simulated time", "s", float(simulation.time[-1])),
+        _number("wall time of the run", "s", simulation.wall_time),
+        _number("evaluations", "1", simulation.evaluations),
+    ]
+    if simulation.energy is not None:
+        numbers.append(_number("error of the energy balance", "1", simulation.energy.relative))
+    named = {
+        name: simulation[name]
+        for name, variable in simulation.variables.items()
+        if not variable.local
+    }
+    return numbers, _variable_numbers(named, simulation.time)
+
+
+def _variable_numbers(series: Mapping[str, Series], time: np.ndarray) -> list[Entry]:
+    """Smallest, mean and largest value of the variables that a figure would show, in their units.
+
+    Means are those over the `time` (n,) [s], by the trapezoidal rule.
+    """
+    reals = {name: one for name, one in series.items() if one.recorded.is_real}
+    shown = map(fitting, panels(reals)) if reals and len(time) else ()
+    found = [(name, one) for panel in shown for name, one in panel.series.items()]
+    ends = ("min", "mean", "max")
+    return [
+        {"name": name, "unit": one.unit, **dict(zip(ends, ranges(one.values, time), strict=True))}
+        for name, one in found
+    ]
+
+
+def _number(name: str, unit: str, value: float) -> Entry:
+    return {"name": name, "unit": unit, "value": value}

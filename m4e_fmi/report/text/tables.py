@@ -54,8 +54,10 @@ def _bodies(model: Model, tree: Topology) -> Listing:
     rows = []
     for link in tree.links:
         body = model.bodies[link.body]
+        given = body.inertia
+        inertia = _pair(given) if isinstance(given, (tuple, list)) else _quantity(given)
         held = ", ".join(tree.coordinate_names[k] for k in link.coordinates)
-        row = (str(link.number), _word(link.body), _quantity(body.mass), _numbers(body.inertia))
+        row = (str(link.number), _word(link.body), _quantity(body.mass), inertia)
         rows.append((*row, _word(held or "none"), _word(body.description)))
     head = ("No.", "Body", "Mass [kg]", "Inertia [kg.m2]", "Coordinates", "Description")
     return Listing("Bodies", head, tuple(rows))
@@ -132,11 +134,6 @@ def _pair(vector: Sequence[object]) -> str:
 def _offset(vector: Sequence[object], tree: Topology) -> str:
     """A vector of a joint; who gives none has (0, 0) in space, too."""
     return _pair(vector if tree.is_planar or len(vector) == len(AXES) else (0.0, 0.0, 0.0))
-
-
-def _numbers(value: object) -> str:
-    """A number, or the numbers of a tensor."""
-    return _pair(value) if isinstance(value, (tuple, list)) else _quantity(value)
 
 
 def _quantity(value: object) -> str:

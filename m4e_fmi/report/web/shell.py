@@ -9,9 +9,25 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
 
-from m4e_fmi.report.web.library import plotly_js
+from m4e_fmi.errors import RunError
 from m4e_fmi.report.web.samples import block
+
+
+def plotly_js() -> bytes:
+    """The script plotly.min.js (MIT licence); the package is not imported, which takes a second.
+
+    RunError if it is not there.
+    """
+    spec = find_spec("plotly")
+    for folder in (spec and spec.submodule_search_locations) or ():
+        path = Path(folder) / "package_data" / "plotly.min.js"
+        if path.is_file():
+            return path.read_bytes()
+    raise RunError("plotly.js is not installed", "install it with: pip install 'plotly>=7.1,<8'")
+
 
 SCRIPTS = (
     "samples.js", "decimate.js", "spectrum.js", "theme.js", "paper.js", "panel.js",
@@ -60,7 +76,11 @@ def page_text(page: Page) -> str:
             f'    <li><a href="#{one.key}">{html.escape(one.heading)}</a></li>'
             for one in page.sections
         ),
-        "@sections@": "\n".join(map(_section, page.sections)),
+        "@sections@": "\n".join(
+            f'<section class="section" id="{one.key}" aria-labelledby="{one.key}-heading">\n'
+            f'<h2 id="{one.key}-heading">{html.escape(one.heading)}</h2>\n{one.body}\n</section>'
+            for one in page.sections
+        ),
         "@blocks@": "\n".join(
             f'<script type="text/plain" id="{name}">{text}</script>'
             for name, text in blocks.items()
@@ -86,11 +106,3 @@ def json_text(data: object) -> str:
 def text_of(package: str, name: str) -> str:
     """The text of a file in a package."""
     return files(package).joinpath(name).read_text(encoding="utf-8")
-
-
-def _section(section: PageSection) -> str:
-    return (
-        f'<section class="section" id="{section.key}" aria-labelledby="{section.key}-heading">\n'
-        f'<h2 id="{section.key}-heading">{html.escape(section.heading)}</h2>\n'
-        f"{section.body}\n</section>"
-    )

@@ -9,7 +9,7 @@ from itertools import islice
 
 import numpy as np
 
-from m4e_fmi.report.digits import aligned, quantity
+from m4e_fmi.report.panels import aligned, quantity
 from m4e_fmi.report.web.markup import paragraph, table
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR, annual_energy
 from m4e_fmi.study.report.result import Dimension, StudyResult

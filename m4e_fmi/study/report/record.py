@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass, field
 
 from m4e_fmi.cosim.results.run_record import system_inputs
 from m4e_fmi.cosim.system_file import load_system
+from m4e_fmi.doctor import versions
 from m4e_fmi.errors import InputError
-from m4e_fmi.report.run_report.inputs import input_file, versions
-from m4e_fmi.report.run_report.record import InputFile
+from m4e_fmi.report.run_report.record import InputFile, input_file
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.shown.warnings import warning_lines

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.digits import scale_of
-from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.style import BODY_COLOURS, COLOURS, GREY, GRID
+from m4e_fmi.report.drawing.style import BODY_COLOURS, COLOURS, GREY, GRID, save
+from m4e_fmi.report.panels import scale_of
 from m4e_fmi.study.given.grid import Axis
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from m4e_fmi.report.digits import aligned, scale_of
+from m4e_fmi.report.panels import aligned, scale_of
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome

@@ -7,19 +7,18 @@ import re
 import subprocess
 import sys
 from argparse import Namespace
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
 from support.command_line import EXAMPLES, FLEXIBLE, PENDULUM, copied, refused
 
 from m4e_fmi.cli import main
-from m4e_fmi.cli.shared import log, log_handlers
-from m4e_fmi.cli.shared.events import KINDS
+from m4e_fmi.cli.shared import log
+from m4e_fmi.cli.shared.log import EVENTS
 
 PAGE = EXAMPLES.parent / "docs" / "logs.md"
 SIMULATE = ["simulate", PENDULUM, "--stop-time", "0.5", "--no-plot"]
-FIELDS = {kind.event: {"event", "wall_time", *(f.name for f in fields(kind))} for kind in KINDS}
+FIELDS = {kind: {"event", "wall_time", *fields} for kind, fields in EVENTS.items()}
 
 
 def called(*words: object) -> int:
@@ -88,14 +87,9 @@ def test_quiet_leaves_warnings_and_errors(system, capsys):
     assert "no such file" in refused(capsys, "run", "none.yaml", "--quiet")
 
 
-def _options(**given: object) -> Namespace:
-    return Namespace(**given)
-
-
 @pytest.mark.usefixtures("here")
 def test_texts_that_act_on_a_terminal_reach_no_program(capsys):
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(events=True), ["run", "\x1b[2J"])
+    with log.logged(Namespace(events=True), ["run", "\x1b[2J"]):
         log.say("evil \x1b]0;title\x07 \u202e line\nnext")
         log.show("two\nlines \x1b[1m")
     told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -110,10 +104,9 @@ def test_progress_is_told_in_events(capsys):
 
 def test_the_page_names_every_field():
     text = PAGE.read_text("utf-8")
-    for kind in KINDS:
-        (row,) = [line for line in text.splitlines() if line.startswith(f"| `{kind.event}` |")]
-        named = re.findall(r"`(\w+)`", row)
-        assert {f.name for f in fields(kind)} <= set(named), kind.event
+    for kind, fields in EVENTS.items():
+        (row,) = [line for line in text.splitlines() if line.startswith(f"| `{kind}` |")]
+        assert set(fields) <= set(re.findall(r"`(\w+)`", row)), kind
 
 
 def test_what_code_of_users_prints_is_no_event(tmp_path):

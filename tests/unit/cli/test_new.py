@@ -13,7 +13,7 @@ import pytest
 from support.command_line import refused
 
 from m4e_fmi.cli import main
-from m4e_fmi.cli.new.starts import KINDS, TEMPLATES
+from m4e_fmi.cli.new import KINDS, TEMPLATES
 from m4e_fmi.cosim import load_system
 from m4e_fmi.files.document import Document
 from m4e_fmi.results.results_file import load

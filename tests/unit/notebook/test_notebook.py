@@ -15,7 +15,7 @@ import m4e_fmi as m4e
 from m4e_fmi import cosim
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, Model, Parameter
-from m4e_fmi.notebook.views import SHEETS
+from m4e_fmi.notebook.sheets import SHEETS
 from m4e_fmi.results.results_file import Results
 from m4e_fmi.results.series import Recorded, Series
 
@@ -87,7 +87,7 @@ def test_html_is_well_formed_short_and_escaped(run):
     kinds = set()
     for one in shown(run):
         text = one._repr_html_()  # pyrefly: ignore[missing-attribute]
-        kinds.add(type(one).__name__)
+        kinds.add(type(one))
         assert len(text) <= MOST_CHARACTERS, one
         assert "script" not in dict(Page(text).tags)
         # no colour but grey that lets the background through

@@ -27,9 +27,10 @@ from m4e_fmi.report import (
     system_figure,
     write_simulation,
 )
-from m4e_fmi.report.drawing.film import film
-from m4e_fmi.report.drawing.parts import placed
-from m4e_fmi.report.drawing.scene import Anchor, scene
+from m4e_fmi.report.animation.frames import frames_of
+from m4e_fmi.report.animation.of_model import scene_of_model
+from m4e_fmi.report.animation.scene import Spot
+from m4e_fmi.report.drawing.scene import Anchor, planar_scene
 from m4e_fmi.report.drawing.system_graph import OF_TIMING
 from m4e_fmi.report.graph import TIMINGS
 from m4e_fmi.simulate import Simulation, simulate
@@ -55,20 +56,23 @@ def simulation(cart: Model) -> Simulation:
 
 def test_ends_of_joints_meet(simulation: Simulation, cart: Model) -> None:
     """A hinge's point on the parent is that on the child; a slider's is on its rail."""
-    moving = film(cart, simulation, frames=50)
-    for poses in moving.poses[::7]:
-        rail, *hinges = moving.scene.joints
-        for joint in hinges:
-            ends = [moving.scene.place(end, poses) for end in (joint.parent, joint.child)]
+    shown = scene_of_model(cart)
+    poses = frames_of(shown, simulation.time, simulation.values, most=50).poses
+    ((base, slide, _),) = shown.axes
+    joints = planar_scene(cart).joints[1:]
+    for frame in range(0, 50, 7):
+        for joint, (spot, _) in zip(joints, shown.hinges[1:], strict=True):
+            x, z = joint.parent.at
+            end = poses.of(Spot(joint.parent.body, (x, 0.0, z)), frame)
             # linear between outputs 0.02 s apart, at accelerations below 10 m/s²
-            assert ends[0] == pytest.approx(ends[1], abs=10 * 0.02**2)
-        assert moving.scene.place(rail.child, poses)[1] == pytest.approx(0, abs=1e-9)
+            assert poses.of(spot, frame) == pytest.approx(end, abs=10 * 0.02**2)
+        assert poses.of(slide, frame)[2] == pytest.approx(poses.of(base, frame)[2], abs=1e-9)
 
 
 def test_forces_point_where_they_push(cart: Model, spiderfloat: Model) -> None:
-    (push,) = scene(cart).pushes
+    (push,) = planar_scene(cart).pushes
     assert (push.at, push.direction) == (Anchor(0, (0.0, 0.0)), (1.0, 0.0))
-    assert {p.name: p.direction for p in scene(spiderfloat).pushes} == {
+    assert {p.name: p.direction for p in planar_scene(spiderfloat).pushes} == {
         "heave": (0, 1), "right_push": (1, 0), "left_push": (-1, 0)
     }  # fmt: skip
     model = Model(
@@ -78,7 +82,7 @@ def test_forces_point_where_they_push(cart: Model, spiderfloat: Model) -> None:
          "pin": Joint("revolute", "rod", "block", joint_to_child=(0, -1))},
         loads={"pull": JointEffort("slide", -3), "turn": JointEffort("pin", "sin(t)")},
     )  # fmt: skip
-    assert [(p.name, p.at.body, p.direction) for p in scene(model).pushes] == [
+    assert [(p.name, p.at.body, p.direction) for p in planar_scene(model).pushes] == [
         ("pull", 0, (0, -1)), ("turn", 1, None)
     ]  # fmt: skip
 
@@ -104,12 +108,18 @@ def test_a_page_draws_bodies_where_the_simulation_has_them(
     told: dict[str, Any] = json.loads(done.stdout)
     assert told["played"] == pytest.approx(0.08)
     assert (told["time"], told["button"], told["clock"]) == (time, "Play", "1.70 s")
-    poses = film(cart, simulation, frames=1200).poses[round(time / 0.02)]
-    drawn = [np.array(p) for p in told["polygons"][:3]]
-    for body, polygon in enumerate(drawn):
-        outline = np.array(told["page"]["bodies"][body]["outline"])
-        # 16 bits over at most 2 m or rad of motion, and four digits of the outline
-        assert polygon == pytest.approx(placed(outline, poses[body]), abs=1e-4)
+    shown, row = scene_of_model(cart), round(time / 0.02)
+    poses = frames_of(shown, simulation.time, simulation.values, most=1200).poses
+    low, high = np.array(told["page"]["near"])
+    drawn = [np.array(p)[:, :2] for p in told["polygons"] if len(p) > 3]
+    for body, one in enumerate(shown.bodies):
+        outline = poses.all_of(body, one.surfaces[0].vertices, row) - (low + high) / 2
+        # 16 bits over at most 2 m or rad of motion, and five digits of the outline
+        assert any(
+            np.abs(polygon - outline[:, [0, 2]]).max() < 1e-4
+            for polygon in drawn
+            if len(polygon) == len(outline)
+        )
     text = path.read_text(encoding="utf-8")
     assert not [w for w in ("http:", "https:", "src=", "import ", "@data@", "@title@") if w in text]
     assert len(text) < 60_000

@@ -24,11 +24,12 @@ from m4e_fmi.model import (
     Sphere,
     TensionSpring,
 )
-from m4e_fmi.multibody import model_program, topology
+from m4e_fmi.multibody import model_program
 from m4e_fmi.report import animate, draw_model, plot_modes
-from m4e_fmi.report.drawing.space.modes import ModePictures
-from m4e_fmi.report.drawing.space.pictures import View, space_figure
-from m4e_fmi.report.drawing.space.solids import poses_of, solids, start_poses
+from m4e_fmi.report.animation.frames import poses_of
+from m4e_fmi.report.animation.of_model import scene_of_model
+from m4e_fmi.report.drawing.motion import MovedModel
+from m4e_fmi.report.drawing.views import View, space_figure, start_poses
 from m4e_fmi.simulate import simulate
 
 PAGE = Path(__file__).parents[2] / "support" / "page.js"
@@ -71,7 +72,7 @@ def test_boxes_have_the_inertia_of_their_bodies() -> None:
     rod = Model("b", {"b": Body(3.0, given)}, {"j": Joint("floating", "b")}, {
         "far": Point("b", (4, 0, 0))
     }, dimensions=3)  # fmt: skip
-    sides = (box := solids(rod).hulls[0].vertices)[[4, 2, 1]] - box[0]
+    sides = (box := scene_of_model(rod).bodies[0].surfaces[0].vertices)[[4, 2, 1]] - box[0]
     second = 3.0 / 12 * sum(np.outer(side, side) for side in sides)
     tensor = np.trace(second) * np.eye(3) - second
     xx, yy, zz, xy, yz, zx = given
@@ -95,7 +96,7 @@ def test_shapes_have_their_sizes(
         "s", {"b": Body(1, (1, 1, 1), shape=shape)}, {"j": Joint("floating", "b")},
         parameters={"h": Parameter(0.5, "m")}, dimensions=3,
     )  # fmt: skip
-    (hull,) = solids(shown).hulls
+    (hull,) = scene_of_model(shown).bodies[0].surfaces
     assert hull.vertices.min(axis=0) == pytest.approx(low, abs=0.02)
     assert hull.vertices.max(axis=0) == pytest.approx(high, abs=0.02)
 
@@ -109,7 +110,7 @@ def test_a_mesh_in_pictures_and_pages(tmp_path: Path) -> None:
         {"j": Joint("floating", "wing")}, dimensions=3,
     )  # fmt: skip
     mesh.unlink()
-    (hull,) = solids(wing).hulls
+    (hull,) = scene_of_model(wing).bodies[0].surfaces
     assert sorted(map(tuple, hull.vertices)) == [(0, 0, 2), (0, 0, 3), (0, 1, 2), (1, 0, 2)]
     page = animate(wing, simulate(wing, stop_time=0.5), tmp_path / "w.html")
     drawn = told(page, 0.0)["polygons"]
@@ -138,14 +139,14 @@ def test_axes_of_joints(joint: Joint, axes: list[tuple[float, ...]], at: tuple[f
     """In the start pose, in world axes, and the place of the joint in the child."""
     placed = replace(joint, parent_to_joint=(1, 2, 3), joint_to_child=(0.5, 0, 0.1))
     model = Model("m", {"b": Body(1, (1, 1, 1))}, {"j": placed}, dimensions=3)
-    shown, poses = solids(model), start_poses(model, model_program(model))
-    (hinge,) = shown.hinges
-    np.testing.assert_allclose(poses.of(hinge.spot), at, atol=1e-12)
-    np.testing.assert_allclose(poses.of(hinge.base), (1, 2, 3))
-    found = []
-    for axis in hinge.axes:
-        start, end = (poses.of(spot) for spot in axis.ends(0.5))
-        found.append(end - start)
+    shown = scene_of_model(model)
+    poses = start_poses(shown, model_program(model))
+    ((spot, _),) = shown.hinges
+    np.testing.assert_allclose(poses.of(spot), at, atol=1e-12)
+    found = [poses.of(end) - poses.of(start) for start, end, turns in shown.axes if turns]
+    slid = [poses.of(end) - poses.of(start) for start, end, turns in shown.axes if not turns]
+    found = [*slid[1:], *found]  # the first leads from parent to child
+    found = [way / np.linalg.norm(way) for way in found]
     np.testing.assert_allclose(np.reshape(found, (-1, 3)), np.reshape(axes, (-1, 3)), atol=1e-12)
 
 
@@ -156,21 +157,23 @@ def test_page(tmp_path: Path, gyroscope: Model) -> None:
     time = 1.7
     shown = told(path, time)
     assert (shown["time"], shown["button"], shown["clock"]) == (time, "Play", "1.70 s")
-    poses = poses_of(topology(gyroscope), simulation.values)
+    scene = scene_of_model(gyroscope)
+    poses = poses_of(scene, simulation.values, len(simulation.time))
     low, high = np.array(shown["page"]["near"])
     view, row = View.of(), round(time / 0.02)
     drawn = [np.array(p) for p in shown["polygons"] if len(p) == 4]
     assert len(drawn) == 6 * 3
-    for body, hull in enumerate(solids(gyroscope).hulls):
+    for body, one in enumerate(scene.bodies):
+        (hull,) = one.surfaces
         corners = poses.all_of(body, hull.vertices, row) - (low + high) / 2
         for face in hull.faces:
             side = view.flat(corners[list(face)])
             # 16 bits over at most 2 m, and four digits of the corners
             assert min(np.abs(polygon - side).max() for polygon in drawn) < 2e-4
     text = path.read_text(encoding="utf-8")
-    assert not [w for w in ("http:", "src=", "import ", "@data@", "@painter@") if w in text]
-    start = start_poses(gyroscope, model_program(gyroscope))
-    figure = space_figure(solids(gyroscope), start, inches=5.0, named=True)
+    assert not [w for w in ("http:", "src=", "import ", "@data@") if w in text]
+    start = start_poses(scene, model_program(gyroscope))
+    figure = space_figure(scene, start, inches=5.0, named=True)
     assert {text.get_text() for text in figure.axes[0].texts} >= {"1 outer", "3 disc", "X"}
 
 
@@ -178,10 +181,10 @@ def test_mode_shapes(tmp_path: Path) -> None:
     """A barge on springs: heave moves all corners alike, roll the sides against each other."""
     barge = Model("barge", {"hull": Body(1.0, (1, 2, 3))}, {"sea": Joint("floating", "hull")},
                   dimensions=3, gravity=0)  # fmt: skip
-    pictures = ModePictures(barge, model_program(barge))
-    names = [v.name.rpartition(".")[2] for v in pictures.coordinates]
+    modes = MovedModel(barge, model_program(barge))
+    names = [v.name.rpartition(".")[2] for v in modes.coordinates]
     assert names == ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
-    heave, roll = (pictures.poses_of(np.eye(6)[k])(0.2) for k in (2, 3))
+    heave, roll = (modes.poses(np.eye(6)[k], 0.2) for k in (2, 3))
     np.testing.assert_allclose(heave.places[0, 0], [0, 0, 0.2])
     np.testing.assert_allclose(roll.places[0, 0], [0, 0, 0], atol=1e-15)
     turn = [[1, 0, 0], [0, np.cos(0.2), -np.sin(0.2)], [0, np.sin(0.2), np.cos(0.2)]]

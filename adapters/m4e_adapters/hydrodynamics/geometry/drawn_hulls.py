@@ -14,7 +14,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
 from m4e_fmi.model.shapes import reduced
 from m4e_fmi.report.animation.shown import ShownHull
-from m4e_fmi.report.drawing.space.hulls import CORNERS, SIDES, Hull, turned_hull
+from m4e_fmi.report.drawing.hulls import CORNERS, SIDES, Hull, turned_hull
 
 DOWN = 8
 """Rows of polygons of a ball."""

@@ -59,7 +59,7 @@ def shape_hull(shape: Shape, values: Values, most: int) -> Hull:
             return Hull(place("center") + CORNERS * sides / 2, SIDES)
         case Cylinder():
             rims = _turned(np.array([[1, 0.5], [1, -0.5]]), number("radius"), number("height"))
-            return Hull(place("center") + rims @ _towards(place("axis")), _cylinder_faces())
+            return Hull(place("center") + rims @ _towards(place("axis")), (*_rings(2), *_ends(2)))
         case Sphere():
             angles = np.linspace(0, np.pi, DOWN + 1)
             rows = np.stack([np.sin(angles), np.cos(angles)], axis=1)
@@ -103,11 +103,6 @@ def _rings(count: int) -> tuple[tuple[int, ...], ...]:
         for k in range(AROUND)
         for following in [(k + 1) % AROUND]
     )  # fmt: skip
-
-
-def _cylinder_faces() -> tuple[tuple[int, ...], ...]:
-    """Sides and ends of a cylinder."""
-    return (*_rings(2), *_ends(2))
 
 
 def _ends(count: int) -> tuple[tuple[int, ...], ...]:

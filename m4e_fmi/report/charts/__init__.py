@@ -1,1 +1,0 @@
-"""Charts of results over time, in groups: start with `difference_figure`."""

@@ -1,0 +1,257 @@
+"""Scenes in pictures: in one pose, and as the frames of a film.
+
+Parallel projection; what is nearer covers what is farther away. Planar scenes are seen from the
+side, others from ahead, above and the right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.program import Program
+from m4e_fmi.report.animation.frames import Frames, Poses, poses_of
+from m4e_fmi.report.animation.scene import GROUND, Scene
+from m4e_fmi.report.drawing.labels import Labels, shortened
+from m4e_fmi.report.drawing.parts import colour_of, tie_lines
+from m4e_fmi.report.drawing.scene import start_values
+from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, INK, PAPER
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+TURN, RISE = np.radians(-60.0), np.radians(22.0)
+"""Where the eye is: about Z from +X, and above the X–Y plane."""
+SIDE = -np.pi / 2
+"""About Z, of the eye that sees a planar scene."""
+PALEST, DARKEST = 0.28, 0.65
+"""Share of a body's colour, the rest being white, in faces seen from ahead and from the side."""
+MARGIN = 0.02
+"""Least side of what is seen, relative to its largest."""
+NONE = np.zeros(4)  # no colour
+MOST_NAMES = 24  # bodies that are named
+TRAIL = 80
+"""Frames whose places are drawn as paths."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A parallel projection: `right` and `up` on the paper and `ahead` into it, in world axes."""
+
+    right: Floats
+    up: Floats
+    ahead: Floats
+
+    @classmethod
+    def of(cls, planar: bool = False) -> View:
+        """That of a scene in space, or of a `planar` one."""
+        turn, rise = (SIDE, 0.0) if planar else (TURN, RISE)
+        eye = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        right = np.array([-np.sin(turn), np.cos(turn), 0.0])
+        return cls(right, np.cross(eye, right), -eye)
+
+    def flat(self, points: Floats) -> Floats:
+        """On the paper, (…, 2) [m], what are `points` (…, 3) [m] in the world."""
+        return np.stack([points @ self.right, points @ self.up], axis=-1)
+
+    def facing(self, sides: Floats) -> Floats:
+        """Cosines (F,) [1] between the line of sight and the normals of `sides` (F, k, 3) [m]."""
+        last = -1 if sides.shape[1] > 3 else 0
+        normals = np.cross(sides[:, 2] - sides[:, 0], sides[:, last] - sides[:, 1])
+        sizes = np.linalg.norm(normals, axis=1)
+        return np.abs(normals @ self.ahead) / np.where(sizes > 0, sizes, 1.0)
+
+
+def colour(body: int) -> str:
+    """The colour of a body by its index."""
+    return BODY_COLOURS[body % len(BODY_COLOURS)]
+
+
+def shaded(hue: Floats, facing: Floats) -> Floats:
+    """Colours (F, 4) [1] of faces of `hue` (4,) [1]; darker where `facing` (F,) [1] is small."""
+    shares = PALEST + (DARKEST - PALEST) * (1.0 - facing)
+    return 1.0 - shares[:, None] * (1.0 - hue)
+
+
+def start_poses(scene: Scene, program: Program) -> Poses:
+    """Where the bodies are at the start values of the program."""
+    return poses_of(scene, {n: np.array([v]) for n, v in start_values(program).items()})
+
+
+def extent(scene: Scene, poses: Poses, cables: Sequence[Floats] = ()) -> Floats:
+    """Lower and upper corner (2, 3) [m] of bodies, and of joints on the ground.
+
+    Without water also of other points of the ground. Only where nothing else is shown, of the
+    `cables` (T, n, 3) [m].
+    """
+    ground = [spot.at for spot, _ in scene.hinges if spot.body == GROUND]
+    if scene.water is None:
+        ground += [spot.at for rope in scene.ropes for spot in rope.ends if spot.body == GROUND]
+    seen = [np.reshape(ground, (-1, 3))]
+    frames = range(0, len(poses.places), max(1, len(poses.places) // 200))
+    for body, one in enumerate(scene.bodies):
+        if not one.surfaces and not one.sticks:
+            continue
+        corners = np.vstack([*(hull.vertices for hull in one.surfaces), *map(np.array, one.sticks),
+                             np.zeros((1, 3))])  # fmt: skip
+        box = _corners(corners.min(axis=0), corners.max(axis=0))
+        points = corners if len(corners) < len(box) else box
+        seen += [poses.all_of(body, points, frame) for frame in frames]
+    if not sum(map(len, seen)):
+        seen += [*(nodes.reshape(-1, 3) for nodes in cables), np.zeros((1, 3))]
+    everything = np.concatenate(seen)
+    ends = np.array([everything.min(axis=0), everything.max(axis=0)])
+    least = MARGIN * (np.ptp(ends, axis=0).max() or 1.0)
+    return ends + np.where(np.ptp(ends, axis=0) < least, least / 2, 0.0) * [[-1.0], [1.0]]
+
+
+def _corners(low: Floats, high: Floats) -> Floats:
+    """The corners (8, 3) of a box."""
+    return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+
+
+def limits(scene: Scene, poses: Poses, margin: float = 0.1) -> tuple[Floats, Floats]:
+    """Lower left and upper right corner (2,) [m] of a picture of all that is ever seen."""
+    flat = View.of(scene.planar).flat(_corners(*extent(scene, poses)))
+    room = margin * float(np.ptp(flat, axis=0).max() or 1.0)
+    return flat.min(axis=0) - room, flat.max(axis=0) + room
+
+
+def space_figure(shown: Scene, poses: Poses, *, inches: float, named: bool) -> Figure:
+    """The scene in one pose, its longer side `inches` long; with names, or as an icon."""
+    from matplotlib.figure import Figure
+
+    view = View.of(shown.planar)
+    low, high = limits(shown, poses)
+    sides = np.maximum((high - low) / max(high - low), 0.4 if named else 1.0) * inches
+    figure = Figure(figsize=(sides[0], sides[1]), facecolor=PAPER)
+    axis = figure.add_axes((0, 0, 1, 1))
+    prepare(axis, low, high)
+    paint(axis, shown, poses, 0)
+    if named:
+        figure.suptitle(shortened(shown.title), x=0.02, ha="left", fontsize=11, color=INK,
+                        fontweight="bold")  # fmt: skip
+        _axes(axis, view, low, high)
+        labels = Labels(axis)
+        for k, body in list(enumerate(shown.bodies))[:MOST_NAMES]:
+            labels.add(f"{k + 1} {body.name}", view.flat(poses.places[0, k]), colour(k), bold=True)
+            labels.avoid(view.flat(poses.all_of(k, body.surfaces[0].vertices)))
+        labels.place()
+    return figure
+
+
+def film(scene: Scene, shown: Frames, pixels: int) -> Iterator[np.ndarray]:
+    """Every frame as an array of bytes (height, width, 3) [1], the longer side of some `pixels`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    poses, view = shown.poses, View.of(scene.planar)
+    low, high = limits(scene, poses)
+    inches = np.maximum((high - low) / max(high - low), 0.4) * pixels / 100 + (0.0, 0.35)
+    figure = Figure(figsize=(inches[0], inches[1]), dpi=100, facecolor=PAPER)
+    canvas = FigureCanvasAgg(figure)
+    axis = figure.add_axes((0, 0, 1, 1 - 0.35 / inches[1]))
+    top = 1 - 0.2 / inches[1]
+    figure.text(0.02, top, shortened(scene.title), fontsize=11, va="center", color=INK)
+    clock = figure.text(0.98, top, "", fontsize=10, ha="right", va="center", color=GREY)
+    for frame, time in enumerate(shown.times):
+        axis.clear()
+        prepare(axis, low, high)
+        for body in range(len(scene.bodies)):
+            path = view.flat(poses.places[max(0, frame - TRAIL) : frame + 1, body])
+            axis.plot(*path.T, color=colour(body), lw=1.0, alpha=0.55, zorder=4)
+        paint(axis, scene, poses, frame)
+        if not scene.planar:
+            _axes(axis, view, low, high)
+        clock.set_text(f"{time:.2f} s")
+        canvas.draw()
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def prepare(axis: Axes, low: Floats, high: Floats) -> None:
+    """Set an axis up for what lies between the corners `low` and `high`, (2,) each [m]."""
+    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    axis.axis("off")
+
+
+def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float = 1.0) -> None:
+    """Draw all bodies, joints and loads, the farthest first; `strength` 1 covers what is behind."""
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.colors import to_rgba
+
+    view = View.of(scene.planar)
+    parts: list[_Part] = []
+    for body, one in enumerate(scene.bodies):
+        hue = np.array(to_rgba(colour(body)))
+        for hull in one.surfaces:
+            corners = poses.all_of(body, hull.vertices, frame)
+            for faces in hull.alike:
+                sides = corners[faces]
+                shades = shaded(hue, view.facing(sides))
+                shades[:, 3] = 0.85 if hull.edged else 1.0
+                edges = np.broadcast_to(hue, shades.shape) if hull.edged else shades
+                width = 0.6 if hull.edged else 0.3
+                parts += [_Part(*of, width) for of in zip(sides, shades, edges, strict=True)]
+        for end in one.sticks:
+            tip = poses.all_of(body, np.array([end]), frame)[0]
+            parts.append(_Part(np.array([poses.places[frame, body], tip]), NONE, hue, 2.2))
+    parts.sort(key=lambda part: -float((part.points @ view.ahead).mean()))
+    axis.add_collection(
+        PolyCollection(
+            [view.flat(part.points) for part in parts],
+            facecolors=np.array([part.face for part in parts]),
+            edgecolors=np.array([part.edge for part in parts]),
+            linewidths=[part.width for part in parts],
+            alpha=None if strength == 1.0 else strength,
+            zorder=5,
+        )
+    )
+    size = max(np.ptp(axis.get_xlim()), np.ptp(axis.get_ylim()))
+    for rope in scene.ropes:
+        ends = view.flat(np.array([poses.of(spot, frame) for spot in rope.ends]))
+        lines = tie_lines(rope.kind, ends, rope.rank, float(size))
+        hue = colour_of(rope.kind)
+        axis.add_collection(LineCollection(lines, colors=hue, lw=1.1, zorder=6, alpha=strength))
+        fixed = [at for spot, at in zip(rope.ends, ends, strict=True) if spot.body == GROUND]
+        for at in fixed:
+            axis.plot(*at, "^", ms=5, mfc=GREY, mec=GREY, zorder=7)
+    for start, end, turns in scene.axes:
+        line = view.flat(np.array([poses.of(start, frame), poses.of(end, frame)]))
+        axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6,
+                  alpha=strength)  # fmt: skip
+    for spot, weld in scene.hinges:
+        at, marker = view.flat(poses.of(spot, frame)), "s" if weld else "o"
+        axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7, alpha=strength)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A polygon, or a line, of `points` (n, 3) [m]; colours (4,) of its face and its edges."""
+
+    points: Floats
+    face: Floats
+    edge: Floats
+    width: float
+
+
+def _axes(axis: Axes, view: View, low: Floats, high: Floats) -> None:
+    """The axes of the world, in the lower left corner."""
+    reach = 0.07 * float(max(high - low))
+    origin = low + 1.5 * reach
+    for direction, name in zip(np.eye(3), "XYZ", strict=True):
+        tip = origin + reach * view.flat(direction)
+        axis.plot([origin[0], tip[0]], [origin[1], tip[1]], color=GREY, lw=1.0, zorder=5)
+        axis.annotate(
+            name,
+            (float(tip[0]), float(tip[1])),
+            xytext=(2, 2),
+            textcoords="offset points",
+            fontsize=7,
+            color=GREY,
+        )
