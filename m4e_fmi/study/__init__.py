@@ -12,8 +12,7 @@ import sys
 from inspect import signature
 from types import ModuleType
 
-from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.load import load_study
+from m4e_fmi.study.given.study import Study, load_study
 from m4e_fmi.study.report.of_file import write_report
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.run import StudyOutcome, run_study

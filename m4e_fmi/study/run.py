@@ -12,19 +12,21 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cosim.preparation.components import silent
 from m4e_fmi.files.locks import TemporaryFolder, claimed
 from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.dataset import dataset, write_dataset
-from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.load import load_study
+from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.report.record import carried_record
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.start_up import DEFAULT
 from m4e_fmi.study.runs.store import Store
 from m4e_fmi.study.shown.warnings import WARNING, told_once
-from m4e_fmi.study.systems.execution import cores
-from m4e_fmi.study.work import Work, work_of
+from m4e_fmi.study.systems.execution import cores, performing
+from m4e_fmi.study.systems.plan import SystemPlan
+from m4e_fmi.study.work import Work
 
 if TYPE_CHECKING:
     import xarray
@@ -93,9 +95,13 @@ def run_study(
             stack.enter_context(claimed(output))
         store = stack.enter_context(Store(folder / STORE))
         blobs = stack.enter_context(TemporaryFolder(folder))  # where workers see it
-        tell = told_once(tell or _silent)
-        made = work_of(study, folder, blobs, jobs=jobs or cores(), executor=executor, tell=tell)
-        work = stack.enter_context(made)
+        tell = told_once(tell or silent)
+        jobs = min(jobs or cores(), study.grid.count)
+        if study.is_program:
+            work = ProgramPlan(study, tell).work(jobs)
+        else:
+            perform = stack.enter_context(performing(jobs, executor))
+            work = SystemPlan(study, folder, blobs, tell).work(perform)
         for line in work.warnings:
             tell(f"{WARNING}{line}")
         records, kept = _records(work, store, fresh=fresh, progress=progress, tell=tell)
@@ -182,7 +188,3 @@ def _lines(record: Record) -> Iterator[str]:
     yield from record.warnings
     for name, why in record.undefined.items():
         yield f"{name} is not defined: {why}"
-
-
-def _silent(_: str) -> None:
-    pass

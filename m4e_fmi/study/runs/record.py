@@ -1,14 +1,16 @@
-"""`Record`: what is kept of one run."""
+"""`Record`: what is kept of one run; its statistics."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from m4e_fmi.errors import RunError
+from m4e_fmi.statistics import STATISTICS
+from m4e_fmi.study.given.study import Wanted
 
 
 @dataclass(frozen=True)
@@ -56,3 +58,28 @@ class Record:
             return cls(**told, time=arrays[0], series=series)
         except (ValueError, TypeError, KeyError) as error:
             raise RunError(f"a kept run is damaged: {error}", "run with --fresh") from error
+
+
+def computed(
+    wanted: Sequence[Wanted],
+    time: np.ndarray,
+    values: Mapping[str, np.ndarray],
+    start_up: float,
+) -> tuple[dict[str, np.ndarray], dict[str, tuple[str, ...]]]:
+    """Statistics (m,) of m runs by name, in their units, and why they are nan.
+
+    `time` (n,) [s], `values` (m, n) by variable, in their units; those before `start_up` [s] do not
+    count.
+    """
+    after = time >= start_up
+    counted = slice(None) if np.all(after) else after  # no copies of all
+    found: dict[str, np.ndarray] = {}
+    reasons: dict[str, tuple[str, ...]] = {}
+    for one in wanted:
+        statistic = STATISTICS[one.statistic]
+        explained = statistic.explained(
+            time[counted], values[one.variable][:, counted], **dict(one.parameters)
+        )
+        found[one.name] = explained.values
+        reasons[one.name] = explained.reasons
+    return found, reasons

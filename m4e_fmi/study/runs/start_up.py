@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from m4e_fmi.cosim.preparation.doubtful_values import RAMP
 from m4e_fmi.errors import InputError
 from m4e_fmi.study.given.study import Study
 
@@ -17,24 +16,36 @@ DEFAULT = (
 )
 
 
-def ramp_of(starts: Iterable[tuple[str, float]]) -> float:
-    """The longest ramp [s] of a sea among start values by name; 0 if there is none."""
-    return max((value for name, value in starts if name.rpartition(".")[2] == RAMP), default=0.0)
+def first_time(
+    study: Study, ramps: Mapping[str, float], start_time: float, stop_time: float
+) -> float:
+    """The time [s] from which on rows of a run count, with the `ramps` [s] of its seas by name.
+
+    It is as stated, or `DEFAULT`. InputError if no row counts.
+    """
+    stated = study.start_up
+    if stated is None:
+        stated = (1.0 + SETTLING) * max(ramps.values(), default=0.0)
+    first = start_time + stated
+    if not first < stop_time:
+        message = f"no row counts: the start-up of {first:g} s ends at the stop time or later"
+        remedy = f"state a start_up below {stop_time:g} s, or a later stop_time"
+        raise InputError([study.document.problem(("start_up",), message, remedy)])
+    return first
 
 
-def start_up(stated: float | None, start_time: float, starts: Mapping[str, float]) -> float:
-    """The time [s] from which on rows count: as `stated` after the start, or `DEFAULT`."""
-    if stated is not None:
-        return start_time + stated
-    return start_time + (1.0 + SETTLING) * ramp_of(starts.items())
-
-
-def within_ramp(stated: float, ramp: float) -> str:
-    """The warning of a start-up that is `stated` [s] and shorter than a `ramp` [s]."""
-    return (
-        f"start_up of {stated:g} s ends within the ramp of the sea, of up to {ramp:g} s: "
+def ramp_warnings(study: Study, ramps: Iterable[Mapping[str, float]]) -> dict[str, int]:
+    """The warning of a stated start-up that is shorter than a ramp [s], with the number of runs."""
+    stated = study.start_up
+    longest = (max(one.values(), default=0.0) for one in ramps)
+    early = [one for one in longest if stated is not None and stated < one]
+    if not early:
+        return {}
+    line = (
+        f"start_up of {stated:g} s ends within the ramp of the sea, of up to {max(early):g} s: "
         "statistics count waves that still grow; state more, or leave it out"
     )
+    return {line: len(early)}
 
 
 def left_out(first: np.ndarray, how: str) -> str:
@@ -47,11 +58,3 @@ def left_out(first: np.ndarray, how: str) -> str:
         return "nothing: no start_up is stated, and no sea has a ramp"
     span = f"{low:g} s" if low == high else f"{low:.4g} to {high:.4g} s"
     return f"all before t = {span} ({how})"
-
-
-def check_start_up(study: Study, first: float, stop_time: float) -> None:
-    """InputError if no row of a run counts, from the time `first` [s] on up to the `stop_time`."""
-    if not first < stop_time:
-        message = f"no row counts: the start-up of {first:g} s ends at the stop time or later"
-        remedy = f"state a start_up below {stop_time:g} s, or a later stop_time"
-        raise InputError([study.document.problem(("start_up",), message, remedy)])

@@ -28,8 +28,7 @@ from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
-from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.statistics_of import computed
+from m4e_fmi.study.runs.record import Record, computed
 from m4e_fmi.threads import ONE_RUN
 
 RESULTS = "run.nc"

@@ -9,8 +9,7 @@ import pytest
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.study.given.study import Wanted
-from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.statistics_of import computed
+from m4e_fmi.study.runs.record import Record, computed
 from m4e_fmi.study.runs.store import Store
 
 RECORD = Record(
