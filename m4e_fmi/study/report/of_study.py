@@ -51,7 +51,7 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
     sections.append(PageSection("inputs", "Reproduction", reproduction(result, command)))
     return Page(
         title=result.attribute("title") or result.path.stem,
-        subtitle=f"Study of {result.count:,} runs, report of m4e_fmi",
+        subtitle=f"Study of {result.grid.count:,} runs, report of m4e_fmi",
         sections=sections,
         data=content.data,
         styles=[text_of(OWN, "study_report.css")],
