@@ -10,8 +10,8 @@ from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.names import Named
 from m4e_fmi.study.programs.plan import ProgramPlan
+from m4e_fmi.study.record import Store
 from m4e_fmi.study.run import STORE
-from m4e_fmi.study.runs.store import Store
 from m4e_fmi.study.shown.warnings import warning_lines
 from m4e_fmi.study.systems.plan import SystemPlan
 from m4e_fmi.study.work import Work

@@ -19,11 +19,10 @@ from m4e_fmi.signals import Terminated
 from m4e_fmi.study.dataset import dataset, write_dataset
 from m4e_fmi.study.given.study import Study, load_study
 from m4e_fmi.study.programs.plan import ProgramPlan
+from m4e_fmi.study.record import Record, Store
 from m4e_fmi.study.report.record import carried_record
-from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.start_up import DEFAULT
-from m4e_fmi.study.runs.store import Store
 from m4e_fmi.study.shown.warnings import WARNING, told_once
+from m4e_fmi.study.start_up import DEFAULT
 from m4e_fmi.study.systems.execution import cores, performing
 from m4e_fmi.study.systems.plan import SystemPlan
 from m4e_fmi.study.work import Work

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from m4e_fmi.report.run_report.record import InputFile
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.record import Record
 
 Batch = Mapping[int, Record]
 Make = Callable[[Sequence[int]], Generator[Batch]]

@@ -18,8 +18,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_fmi.analysis.points import Floats, OperatingPoint, place
-from m4e_fmi.analysis.response.limits import SIGNIFICANT, Limits
-from m4e_fmi.analysis.response.linear_equations import Held, LinearEquations, adrift
+from m4e_fmi.analysis.response.linear_equations import (
+    SIGNIFICANT,
+    Held,
+    Limits,
+    LinearEquations,
+    adrift,
+)
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.wave_response import doubts, usual_outputs
 from m4e_fmi.analysis.response.waves import Complex, InWaves, Sea

@@ -19,8 +19,7 @@ from m4e_fmi.program import Program, Variable
 from m4e_fmi.simulate import started
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import STOP_TIME, Study
-from m4e_fmi.study.models import model_problems, system_problems
-from m4e_fmi.study.names import Named, Runnable, named
+from m4e_fmi.study.names import Named, Runnable, model_problems, named, system_problems
 from m4e_fmi.study.programs.settings import SETTINGS, checked_settings
 from m4e_fmi.study.systems.names import SystemOfStudy
 from m4e_fmi.study.systems.variants import Combination, bare_code, starts_of

@@ -11,7 +11,7 @@ import json
 import math
 import time as clock
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
 
@@ -34,15 +34,12 @@ from m4e_fmi.study.names import setting_problems
 from m4e_fmi.study.programs.chunks import Pace, chunks, in_threads
 from m4e_fmi.study.programs.names import Version, program_runs
 from m4e_fmi.study.programs.settings import Settings, settings_of
+from m4e_fmi.study.record import Record, record_of
 from m4e_fmi.study.report.record import inputs_of
-from m4e_fmi.study.runs.record import Record, computed
-from m4e_fmi.study.runs.start_up import first_time, ramp_warnings
 from m4e_fmi.study.shown.warnings import WARNING
+from m4e_fmi.study.start_up import first_time, ramp_warnings
 from m4e_fmi.study.work import Batch, Work, rows_text
 
-COMPILING_PAYS = 1.0
-"""Seconds of processor time that the interpreter would take for what is left of a group, from which
-on its program is compiled: both give the same bits."""
 ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
 
 
@@ -53,24 +50,6 @@ class RunGroup:
     version: Version
     settings: Settings
     runs: np.ndarray = field(repr=False)
-
-
-class _Compiling:
-    """How fast the interpreter makes `left` runs of a group, by the first of them."""
-
-    def __init__(self, left: int) -> None:
-        self._left, self._each, self._pays = left, 0.0, False
-
-    def note(self, count: int, seconds: float) -> None:
-        """Note the processor time of `count` runs."""
-        self._left -= count
-        self._each = self._each or seconds / count
-
-    @property
-    def pays(self) -> bool:
-        """True if compiling the program takes less time than it saves, and once it is compiled."""
-        self._pays = self._pays or self._left * self._each > COMPILING_PAYS
-        return self._pays
 
 
 class ProgramPlan:
@@ -169,17 +148,11 @@ class ProgramPlan:
             if single_because(group, self._names):
                 yield from (partial(self._single, group, run) for run in runs.tolist())
             else:
-                make = partial(self._chunk, group, compiling=_Compiling(len(runs)))
-                yield from chunks(runs, Pace(jobs), make)
+                yield from chunks(runs, Pace(jobs, len(runs)), partial(self._chunk, group))
 
-    def _chunk(
-        self,
-        group: RunGroup,
-        runs: np.ndarray,
-        compiling: _Compiling,
-    ) -> Batch:
+    def _chunk(self, group: RunGroup, runs: np.ndarray, *, compiled: bool) -> Batch:
         """Records of some runs by one call of the library."""
-        began, version, used = clock.perf_counter(), group.version, clock.thread_time()
+        began, version = clock.perf_counter(), group.version
         program, names = version.program, self._names
         times = output_times(group.settings.stop_time, group.settings.output_interval)
         starts = self.runs.start_values(version, runs)
@@ -192,26 +165,20 @@ class ProgramPlan:
         outputs = [v.name for v in program.outputs if v.name in names]
         found = ensemble(
             program, times, parameters=parameters, inputs=inputs, states=states, outputs=outputs,
-            control=control, compiled=compiling.pays,
+            control=control, compiled=compiled,
         )  # fmt: skip
-        compiling.note(len(runs), clock.thread_time() - used)
         each = (clock.perf_counter() - began) / len(runs)
-        good = [k for k, run in enumerate(found) if not run.message]
         places = {v.name: k for k, v in enumerate(program.states)}
-        values = {
-            name: np.array([_column(found[k], outputs, places, name) for k in good])
-            for name in names
-        }
         batch: dict[int, Record] = {}
-        for first, members in _same_start_up(self.start_up, runs, good):
-            rows = {name: column[members] for name, column in values.items()}
-            batch |= self._records_of(runs[[good[k] for k in members]], times, rows, first, each)
-        for k, run in enumerate(found):
+        for number, run, start in zip(runs.tolist(), found, starts, strict=True):
             if run.message:
-                at = version.named(starts[k])
+                at = version.named(start)
                 why = diagnosis(version.model, at, run.stopped_at) if version.model else ""
                 told = f"{run.message}: {why}" if why else run.message
-                batch[int(runs[k])] = Record(failure=told, wall_time=each)
+                batch[number] = Record(failure=told, wall_time=each)
+            else:
+                values = {name: _column(run, outputs, places, name) for name in names}
+                batch[number] = self._record(number, times, values, each)
         return batch
 
     def _single(self, group: RunGroup, run: int) -> Batch:
@@ -223,48 +190,24 @@ class ProgramPlan:
         except RunError as error:
             taken = clock.perf_counter() - began
             return {run: Record(failure=one_line(error.message), wall_time=taken)}
-        values = {name: found[name].values[None] for name in self._names}
+        values = {name: found[name].values for name in self._names}
         taken = clock.perf_counter() - began
-        return self._records_of(runs, found.time.values, values, self.start_up[run], taken)
+        return {run: self._record(run, found.time.values, values, taken)}
 
-    def _records_of(
-        self,
-        runs: np.ndarray,
-        times: np.ndarray,
-        values: Mapping[str, np.ndarray],
-        first: float,
-        each: float,
-    ) -> Batch:
-        """Records of runs from their `values` (n_runs, n_times) by name, at `times` [s]."""
+    def _record(
+        self, run: int, times: np.ndarray, values: Mapping[str, np.ndarray], taken: float
+    ) -> Record:
+        """The record of a run from its `values` (n_times,) by name, at `times` [s]."""
         study = self.study
-        numbers, reasons = computed(study.wanted, times, values, first)
-        return {
-            int(run): Record(
-                values={name: float(number[k]) for name, number in numbers.items()},
-                time=times if study.series else np.empty(0),
-                series={name: values[name][k] for name in study.series},
-                wall_time=each,
-                undefined={name: why[k] for name, why in reasons.items() if why[k]},
-            )
-            for k, run in enumerate(runs)
-        }
+        found = record_of(study.wanted, study.series, times, values, self.start_up[run])
+        return replace(found, wall_time=taken)
 
 
 def _column(run: Run, outputs: Sequence[str], places: Mapping[str, int], name: str) -> np.ndarray:
     """A state or output of a run (n_times,)."""
     if name in places:
-        return run.states[:, places[name]]
-    return run.outputs[:, outputs.index(name)]
-
-
-def _same_start_up(
-    start_up: Sequence[float], runs: np.ndarray, good: Sequence[int]
-) -> Iterator[tuple[float, list[int]]]:
-    """Start-ups [s], and the members of `good` that have each."""
-    found: dict[float, list[int]] = {}
-    for k, place in enumerate(good):
-        found.setdefault(start_up[int(runs[place])], []).append(k)
-    yield from found.items()
+        return np.ascontiguousarray(run.states[:, places[name]])
+    return np.ascontiguousarray(run.outputs[:, outputs.index(name)])
 
 
 def single_because(group: RunGroup, wanted: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
 from m4e_fmi.study.given.grid import Axis
 from m4e_fmi.study.report.result import StudyResult
-from m4e_fmi.study.runs.start_up import left_out
+from m4e_fmi.study.start_up import left_out
 
 MOST_TOLD = 20
 """Failed runs that the summary names."""

@@ -11,9 +11,9 @@ from m4e_fmi.report.digits import aligned, scale_of
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.runs.start_up import left_out
 from m4e_fmi.study.shown.over_states import Averaged, averaged, differences, over_states, states_of
 from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
+from m4e_fmi.study.start_up import left_out
 
 MOST_ROWS = 40
 """Rows of a table."""

@@ -16,8 +16,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.models import system_problems
-from m4e_fmi.study.names import Named, Runnable, named
+from m4e_fmi.study.names import Named, Runnable, named, system_problems
 from m4e_fmi.study.targets import Target, system_target
 
 

@@ -37,7 +37,7 @@ from m4e_fmi.fmu.importer.reading import STRUCTURAL
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.report.record import inputs_of
-from m4e_fmi.study.runs.start_up import first_time, ramp_warnings
+from m4e_fmi.study.start_up import first_time, ramp_warnings
 from m4e_fmi.study.systems.execution import Perform
 from m4e_fmi.study.systems.names import changed, named_system
 from m4e_fmi.study.systems.task import Blob, Task
