@@ -137,17 +137,6 @@ def failure(task: Task, text: str, why: str, solved: Solved) -> StoppedError:
     return StoppedError(found or RunError(text, REMEDY), solved.finite)
 
 
-def solved_rows(
-    task: Task,
-    times: Sequence[float] | np.ndarray,
-    rows: list[list[float]],
-    evaluations: int,
-) -> Solved:
-    """The result of an integration whose `rows` at `times` (n,) [s] are states and outputs."""
-    width = len(task.program.states) + len(task.program.outputs)
-    return Solved(np.array(times), np.array(rows).reshape(-1, width), evaluations, [])
-
-
 def functions(program: Program) -> tuple[Function, Function]:
     """rates(t, x) and outputs(t, x) at the program's start values of parameters and inputs."""
     form = load_python(program)

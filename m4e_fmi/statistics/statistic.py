@@ -165,11 +165,7 @@ def _of_values(function: Callable[[Floats], float], _: Floats, run: Floats) -> f
     return float(function(run))
 
 
-def _registry(*every: Statistic) -> Mapping[str, Statistic]:
-    return Named("there is no statistic", {one.name: one for one in every})
-
-
-STATISTICS: Mapping[str, Statistic] = _registry(
+_EVERY = (
     Statistic("mean", "mean over time", _same, moments.mean),
     Statistic(
         "standard_deviation", "standard deviation over time", _same,
@@ -262,4 +258,5 @@ STATISTICS: Mapping[str, Statistic] = _registry(
         {"exponent": POSITIVE, "reference_frequency": POSITIVE},
     ),
 )  # fmt: skip
+STATISTICS: Mapping[str, Statistic] = Named("there is no statistic", {s.name: s for s in _EVERY})
 """All statistics by name."""

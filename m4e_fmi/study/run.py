@@ -117,7 +117,8 @@ def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None
     record = carried_record(
         study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
     )
-    attributes = {**_attributes(study), "rows": work.rows, **record}
+    told = DEFAULT if study.start_up is None else f"{study.start_up:g} s, as stated"
+    attributes = {"source": str(study.source), "start_up": told, "rows": work.rows, **record}
     return StudyOutcome(
         study=study,
         data=dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes),
@@ -156,21 +157,13 @@ def _records(
                 if progress:
                     progress(done, count)
     except (KeyboardInterrupt, Terminated) as error:
-        error.add_note(_interruption(done, count))
+        told = f"before the first of {count} runs was done"
+        if done:
+            rest = "the same command makes the others"
+            told = f"after {done} of {count} runs, which are kept: {rest}"
+        error.add_note(told)
         raise
     return [by_key.get(key, NO_RUN) for key in keys], kept
-
-
-def _interruption(done: int, count: int) -> str:
-    if not done:
-        return f"before the first of {count} runs was done"
-    return f"after {done} of {count} runs, which are kept: the same command makes the others"
-
-
-def _attributes(study: Study) -> dict[str, str]:
-    stated = study.start_up
-    told = f"{stated:g} s, as stated" if stated is not None else DEFAULT
-    return {"source": str(study.source), "start_up": told}
 
 
 def _warnings(prepared: Mapping[str, int], records: Sequence[Record]) -> dict[str, int]:

@@ -178,7 +178,7 @@ class _Motion:
         way = _Way()
         for number in range(1, MOST_STEPS + 1):
             progress(f"{title} {number} of {MOST_STEPS}")
-            linear = self._averaged(mean, last)
+            linear = LinearEquations.averaged(self.local, *self._samples(mean, last))
             sizes = 1.0 + np.abs(mean)
             step = held.step(linear.A, linear.rates)
             mean = mean + step
@@ -208,9 +208,6 @@ class _Motion:
         left = np.var(outputs - explained, axis=0)
         variance = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
         return outputs.mean(axis=0), np.sqrt(np.maximum(variance, 0.0) + left)
-
-    def _averaged(self, mean: Floats, covariance: Floats) -> LinearEquations:
-        return LinearEquations.averaged(self.local, *self._samples(mean, covariance))
 
     def _rounding(self, deviations: Floats) -> Floats:
         """The standard deviations (n + m,) below which those of their unit are rounding."""
