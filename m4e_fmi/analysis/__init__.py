@@ -8,9 +8,8 @@ Start with `points`, then `linearization`.
 """
 
 from m4e_fmi.analysis.equilibrium import equilibrium
-from m4e_fmi.analysis.frequency import FrequencyResponse, frequency_response
 from m4e_fmi.analysis.linearization import Linearization, Linearizer, Mechanical, linearize
-from m4e_fmi.analysis.modes import Modes, modes
+from m4e_fmi.analysis.modes import FrequencyResponse, Modes, frequency_response, modes
 from m4e_fmi.analysis.points import OperatingPoint
 from m4e_fmi.analysis.sensitivity import (
     EigenvalueSensitivity,

@@ -60,7 +60,7 @@ def _run(options: argparse.Namespace) -> int:
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.files.writing import check_suffix
     from m4e_fmi.study.estimate import estimate
-    from m4e_fmi.study.load import load_study
+    from m4e_fmi.study.given.study import load_study
     from m4e_fmi.study.report.of_study import report_of_study
     from m4e_fmi.study.run import SUFFIXES, run_study
     from m4e_fmi.study.shown.figure import plot_study

@@ -70,14 +70,10 @@ def energy_audit(values: Mapping[str, np.ndarray]) -> EnergyAudit | None:
         return None
     energy, residual, exchanged = 0.0, 0.0, list[np.ndarray]()
     for owner in owners:
-        works = [value for name, value in values.items() if _is_work(name, owner)]
+        own = {n.removeprefix(owner): v for n, v in values.items() if n.startswith(owner)}
+        works = [value for name, value in own.items() if WORK.fullmatch(name)]
         kinetic, potential, total = (values[owner + name] for name in (KINETIC, POTENTIAL, TOTAL))
         energy, residual = energy + total, residual + total - total[0] - sum(works)
         exchanged += [kinetic, potential - potential[0], *works]
     scale = max(float(np.abs(value).max()) for value in exchanged)
     return EnergyAudit(np.asarray(residual), scale, np.asarray(energy))
-
-
-def _is_work(name: str, owner: str) -> bool:
-    """True for a work that changes the total energy of the part with the prefix `owner`."""
-    return name.startswith(owner) and WORK.fullmatch(name.removeprefix(owner)) is not None

@@ -154,126 +154,66 @@ def simulate(
     there are any.
     """
     method, solver = _solver(method, step_size)
-    problem = _Problem.of(system, start_values or {}, events, method, tolerance)
-    if unknown := unknown_names(needed, problem.variables, "there is no variable", "variables"):
+    given = start_values or {}
+    source = system if isinstance(system, Program) else as_model(system)
+    model = None if isinstance(source, Program) else source
+    program = model_program(source, inputs=tuple(given)) if isinstance(source, Model) else source
+    program = started(program, given, model)
+    began = time.perf_counter()
+    # the integrals of powers are its last states, the watched and shares of loops its last outputs
+    audited, works = with_works(program)
+    check_start(program)
+    wanted = [Watch(event) if isinstance(event, str) else event for event in events]
+    watched, watches = _watched(audited, wanted)
+    integrated, shares = with_shares(watched)
+    variables = {v.name: v for v in (*audited.states, *audited.outputs)}
+    if unknown := unknown_names(needed, variables, "there is no variable", "variables"):
         raise InputError(unknown)
     times = output_times(stop_time, output_interval, step_size)
-    task = problem.task(times, step_size or np.inf, progress, interrupted)
+
+    def simulation(solved: Solved) -> Simulation:
+        """The simulation with these rows, until now."""
+        # the last columns, which are there to be watched only, have no variable
+        columns = zip(variables.values(), solved.table.T, strict=False)
+        values = {v.name: Series(v.name, v.unit, v.description, column) for v, column in columns}
+        count = len(program.states)
+        found = [(wanted[k], t, states[:count]) for t, k, states in solved.events]
+        return Simulation(
+            program=program,
+            method=method,
+            time=Series("time", "s", "simulated time", solved.times),
+            values=Named(f"{program.name} has no state, output or work", values),
+            variables=dict(variables),
+            evaluations=solved.evaluations,
+            wall_time=time.perf_counter() - began,
+            events=tuple(Event(one.name, t, states, one.terminal) for one, t, states in found),
+            start_values=given,
+            tolerance=None if method == FIXED else tolerance,
+        )
+
+    def leave(solved: Solved) -> None:
+        if interrupted and len(solved.times):
+            interrupted(simulation(solved))
+
+    task = Task(
+        program=integrated,
+        times=times,
+        method=method,
+        tolerance=tolerance,
+        step_size=step_size or np.inf,
+        quadratures=works,
+        watches=watches,
+        kinks=kinks(program, times[-1].item()),
+        progress=progress,
+        explain=functools.partial(_explained, source, program),
+        leave=leave,
+    )
     try:
-        return problem.simulation(_solved(task, solver, problem.program, problem.shares))
+        return simulation(_solved(task, solver, program, shares))
     except StoppedError as error:
         if not len(error.solved.times):
             raise
-        raise SimulationError(error, problem.simulation(error.solved)) from error
-
-
-@dataclass(frozen=True)
-class _Problem:
-    """The `program` of a `system` with its start values, and the one that is integrated for it.
-
-    `integrated` has the integrals of `works` powers as its last states, the watched states and
-    `shares` of algebraic loops as its last outputs; `watches` name its outputs, `events` are the
-    same by their own names. `variables` are those that the simulation will have.
-    """
-
-    system: Program | Model
-    program: Program
-    start_values: Mapping[str, float | str]
-    method: str
-    tolerance: float
-    integrated: Program
-    works: int
-    shares: int
-    events: Sequence[Watch]
-    watches: tuple[Watch, ...]
-    variables: Mapping[str, Variable]
-    began: float
-
-    @classmethod
-    def of(
-        cls,
-        source: Program | Model | str | Path,
-        given: Mapping[str, float | str],
-        events: Sequence[Watch | str],
-        method: str,
-        tolerance: float,
-    ) -> _Problem:
-        """The problem of a program, a model or the file of one; InputError for unknown names."""
-        system = source if isinstance(source, Program) else as_model(source)
-        is_program = isinstance(system, Program)
-        program = system if is_program else model_program(system, inputs=tuple(given))
-        program = started(program, given, None if is_program else system)
-        began = time.perf_counter()
-        audited, works = with_works(program)
-        wanted = [Watch(event) if isinstance(event, str) else event for event in events]
-        check_start(program)
-        watched, watches = _watched(audited, wanted)
-        integrated, shares = with_shares(watched)
-        return cls(
-            system=system,
-            program=program,
-            start_values=given,
-            method=method,
-            tolerance=tolerance,
-            integrated=integrated,
-            works=works,
-            shares=shares,
-            events=wanted,
-            watches=watches,
-            variables={v.name: v for v in (*audited.states, *audited.outputs)},
-            began=began,
-        )
-
-    def task(
-        self,
-        times: np.ndarray,
-        step_size: float,
-        progress: Progress | None,
-        interrupted: Callable[[Simulation], None] | None,
-    ) -> Task:
-        """The task of a solver, with rows at `times` (n,) [s] and steps up to `step_size` [s]."""
-
-        def leave(solved: Solved) -> None:
-            if interrupted and len(solved.times):
-                interrupted(self.simulation(solved))
-
-        return Task(
-            program=self.integrated,
-            times=times,
-            method=self.method,
-            tolerance=self.tolerance,
-            step_size=step_size,
-            quadratures=self.works,
-            watches=self.watches,
-            kinks=kinks(self.program, times[-1].item()),
-            progress=progress,
-            explain=functools.partial(_explained, self.system, self.program),
-            leave=leave,
-        )
-
-    def simulation(self, solved: Solved) -> Simulation:
-        """The simulation with these rows, until now."""
-        # the last columns, which are there to be watched only, have no variable
-        columns = zip(self.variables.values(), solved.table.T, strict=False)
-        values = {v.name: Series(v.name, v.unit, v.description, column) for v, column in columns}
-        program = self.program
-        return Simulation(
-            program=program,
-            method=self.method,
-            time=Series("time", "s", "simulated time", solved.times),
-            values=Named(f"{program.name} has no state, output or work", values),
-            variables=dict(self.variables),
-            evaluations=solved.evaluations,
-            wall_time=time.perf_counter() - self.began,
-            events=tuple(
-                Event(
-                    self.events[k].name, t, states[: len(program.states)], self.events[k].terminal
-                )
-                for t, k, states in solved.events
-            ),
-            start_values=self.start_values,
-            tolerance=None if self.method == FIXED else self.tolerance,
-        )
+        raise SimulationError(error, simulation(error.solved)) from error
 
 
 def _solved(task: Task, solver: Callable[[Task], Solved], program: Program, shares: int) -> Solved:

@@ -15,7 +15,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.program import rate_entries
 from m4e_fmi.runtime import DormandPrince, IntegrationError
 from m4e_fmi.runtime.engine import EVENT, Control, Engine, Integrator, failure_text
-from m4e_fmi.simulate.task import Solved, Task, checked, failure, functions, leaving, solved_rows
+from m4e_fmi.simulate.task import Solved, Task, checked, failure, functions, leaving
 
 PARTS = 100  # into which a run is cut to tell its progress
 
@@ -94,7 +94,9 @@ def solve_python(task: Task) -> Solved:
     x, t, rows, wanted = task.start, task.times[0], [], set(task.times.tolist())
 
     def solved() -> Solved:
-        return solved_rows(task, task.times[: len(rows)], rows, integrator.evaluations)
+        width = len(task.program.states) + len(task.program.outputs)
+        table = np.array(rows).reshape(-1, width)
+        return Solved(task.times[: len(rows)], table, integrator.evaluations, [])
 
     try:
         with leaving(task, solved):

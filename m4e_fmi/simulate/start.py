@@ -50,10 +50,10 @@ def started(
         if is_unset(v)
         for message, remedy in [without_value(v.name)]
     ]
-    wrong += [
-        Problem(f"{owner}.e0 to e3 are all 0, which is no attitude", _angles_instead(owner))
-        for owner in no_attitudes({v.name: v.start for v in result.states})
-    ]
+    for owner in no_attitudes({v.name: v.start for v in result.states}):
+        instead = ", ".join(f"{owner}.{angle}" for angle in ATTITUDE)
+        message = f"{owner}.e0 to e3 are all 0, which is no attitude"
+        wrong.append(Problem(message, f"give {instead} instead"))
     InputError.raise_for(wrong)
     return result
 
@@ -79,7 +79,3 @@ def _of_attitudes(numbers: Mapping[str, float], states: Mapping[str, float]) -> 
         return with_quaternions(numbers, states)
     except ValueError as error:
         raise InputError.single(f"an attitude is given twice: {error}") from error
-
-
-def _angles_instead(owner: str) -> str:
-    return "give " + ", ".join(f"{owner}.{angle}" for angle in ATTITUDE) + " instead"

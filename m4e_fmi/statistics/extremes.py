@@ -9,7 +9,6 @@ Longuet-Higgins 1956). The mean of the largest is the asymptote ln N ≫ 1 (A. G
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,29 +17,17 @@ from m4e_fmi.statistics.moments import standard_deviation
 from m4e_fmi.statistics.record import Floats, UndefinedError, weights
 
 
-@dataclass(frozen=True)
-class _Peaks:
-    """N peaks with P(peak > level + x) = exp(−(x/scale)²); `log` is ln N.
+def _peaks(time: Floats, run: Floats, duration: float) -> tuple[float, float, float]:
+    """ln N, level, scale of N peaks in a `duration` [s]; UndefinedError for too few.
 
-    `level` and `scale` are in the unit of the record.
+    P(peak > level + x) = exp(−(x/scale)²); one of e^n peaks exceeds level + scale √n in the mean.
+    Level and scale are in the unit of `run` (n,), at `time` (n,) [s].
     """
-
-    log: float
-    level: float
-    scale: float
-
-    def exceeded_by(self, log: float) -> float:
-        """The value, in the unit of the record, that one of e^log peaks exceeds in the mean."""
-        return self.level + self.scale * math.sqrt(max(log, 0.0))
-
-
-def _peaks(time: Floats, run: Floats, duration: float) -> _Peaks:
-    """The peaks of a `duration` [s]; UndefinedError for too few."""
     cycles = duration / zero_crossing_period(time, run)
     if cycles <= math.e:
         raise UndefinedError(f"{duration:g} s have {cycles:.2g} cycles: too few for an extreme")
     middle = float(weights(time) @ run)
-    return _Peaks(math.log(cycles), middle, math.sqrt(2.0) * standard_deviation(time, run))
+    return math.log(cycles), middle, math.sqrt(2.0) * standard_deviation(time, run)
 
 
 def most_probable_maximum(time: Floats, run: Floats, *, duration: float) -> float:
@@ -48,8 +35,8 @@ def most_probable_maximum(time: Floats, run: Floats, *, duration: float) -> floa
 
     `run` (n,), in its unit, at `time` (n,) [s].
     """
-    peaks = _peaks(time, run, duration)
-    return peaks.exceeded_by(peaks.log)
+    log, level, scale = _peaks(time, run, duration)
+    return level + scale * math.sqrt(log)
 
 
 def expected_maximum(time: Floats, run: Floats, *, duration: float) -> float:
@@ -57,9 +44,9 @@ def expected_maximum(time: Floats, run: Floats, *, duration: float) -> float:
 
     `run` (n,), in its unit, at `time` (n,) [s].
     """
-    peaks = _peaks(time, run, duration)
-    largest = peaks.exceeded_by(peaks.log) - peaks.level
-    return peaks.level + largest * (1.0 + np.euler_gamma / (2.0 * peaks.log))
+    log, level, scale = _peaks(time, run, duration)
+    largest = level + scale * math.sqrt(log) - level
+    return level + largest * (1.0 + np.euler_gamma / (2.0 * log))
 
 
 def maximum_quantile(time: Floats, run: Floats, *, duration: float, probability: float) -> float:
@@ -67,5 +54,5 @@ def maximum_quantile(time: Floats, run: Floats, *, duration: float, probability:
 
     `run` (n,), in its unit, at `time` (n,) [s].
     """
-    peaks = _peaks(time, run, duration)
-    return peaks.exceeded_by(peaks.log - math.log(-math.log(probability)))
+    log, level, scale = _peaks(time, run, duration)
+    return level + scale * math.sqrt(max(log - math.log(-math.log(probability)), 0.0))

@@ -27,26 +27,6 @@ def rms(time: Floats, run: Floats) -> float:
     return float(np.sqrt(weights(time) @ run**2))
 
 
-def minimum(time: Floats, run: Floats) -> float:  # noqa: ARG001
-    """Smallest recorded value of `run` (n,), in its unit, at `time` (n,) [s]."""
-    return float(run.min())
-
-
-def maximum(time: Floats, run: Floats) -> float:  # noqa: ARG001
-    """Largest recorded value of `run` (n,), in its unit, at `time` (n,) [s]."""
-    return float(run.max())
-
-
-def value_range(time: Floats, run: Floats) -> float:  # noqa: ARG001
-    """Largest minus smallest recorded value of `run` (n,), in its unit, at `time` (n,) [s]."""
-    return float(np.ptp(run))
-
-
-def largest_magnitude(time: Floats, run: Floats) -> float:  # noqa: ARG001
-    """Largest recorded magnitude of `run` (n,), in its unit, at `time` (n,) [s]."""
-    return float(np.max(np.abs(run)))
-
-
 def percentile(time: Floats, run: Floats, *, percent: float) -> float:
     """Value below which `run` (n,), in its unit, at `time` (n,) [s], is for `percent` of the time.
 

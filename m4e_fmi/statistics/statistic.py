@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -16,11 +17,44 @@ from m4e_fmi.statistics import (
     cycles,
     extremes,
     moments,
-    rainflow_counting,
     spectra,
-    unit_texts,
 )
 from m4e_fmi.statistics.record import LARGEST, Floats, UndefinedError, check_finite, checked_runs
+from m4e_fmi.units import SPELLINGS
+
+_PIECE = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?")
+_PLAIN = ("", "1")
+
+
+_same = str
+"""The unit of the values."""
+
+
+def _none(_: str) -> str:
+    """That of numbers without dimension."""
+    return "1"
+
+
+def _seconds(_: str) -> str:
+    """That of times."""
+    return "s"
+
+
+def _squared(unit: str) -> str:
+    """The square of a unit, as ``m2/s2`` of ``m/s``."""
+    if unit in _PLAIN:
+        return "1"
+    return _PIECE.sub(lambda one: f"{one[1]}{2 * int(one[2] or 1)}", unit.translate(SPELLINGS))
+
+
+def _squared_times_frequency(power: int, unit: str) -> str:
+    """The square of a unit times (rad/s) to a power from 1 on: that of spectral moments."""
+    top, _, bottom = _squared(unit).partition("/")
+    of = "" if power == 1 else str(power)
+    upper = [*([] if top in _PLAIN else [top]), f"rad{of}"]
+    lower = [*([bottom.strip("()")] if bottom else []), f"s{of}"]
+    return f"{'.'.join(upper)}/{lower[0] if len(lower) == 1 else '(' + '.'.join(lower) + ')'}"
+
 
 Kernel = Callable[..., float]
 """Takes the times (n,) [s], the values (n,) of one run, parameters by name; or UndefinedError."""
@@ -126,53 +160,54 @@ class Statistic:
         return wrong
 
 
-def _registry(*every: Statistic) -> Mapping[str, Statistic]:
-    return Named("there is no statistic", {one.name: one for one in every})
+def _of_values(function: Callable[[Floats], float], _: Floats, run: Floats) -> float:
+    """A `function` of `run` (n,), in its unit, whatever its times (n,) [s]."""
+    return float(function(run))
 
 
-STATISTICS: Mapping[str, Statistic] = _registry(
-    Statistic("mean", "mean over time", unit_texts.same, moments.mean),
+_EVERY = (
+    Statistic("mean", "mean over time", _same, moments.mean),
     Statistic(
-        "standard_deviation", "standard deviation over time", unit_texts.same,
+        "standard_deviation", "standard deviation over time", _same,
         moments.standard_deviation,
     ),
-    Statistic("rms", "root of the mean square over time", unit_texts.same, moments.rms),
-    Statistic("minimum", "smallest recorded value", unit_texts.same, moments.minimum),
-    Statistic("maximum", "largest recorded value", unit_texts.same, moments.maximum),
-    Statistic("range", "maximum minus minimum", unit_texts.same, moments.value_range),
+    Statistic("rms", "root of the mean square over time", _same, moments.rms),
+    Statistic("minimum", "smallest recorded value", _same, partial(_of_values, np.min)),
+    Statistic("maximum", "largest recorded value", _same, partial(_of_values, np.max)),
+    Statistic("range", "maximum minus minimum", _same, partial(_of_values, np.ptp)),
     Statistic(
-        "largest_magnitude", "largest recorded magnitude", unit_texts.same,
-        moments.largest_magnitude,
+        "largest_magnitude", "largest recorded magnitude", _same,
+        lambda _, run: float(np.max(np.abs(run))),
     ),
     Statistic(
         "percentile", "value below which the record is for `percent` of the time",
-        unit_texts.same, moments.percentile,
+        _same, moments.percentile,
         {"percent": None}, {"percent": Limits(above=0.0, most=100.0)},
     ),
     Statistic(
-        "time_above", "share of the time above `level`", unit_texts.none, moments.time_above,
+        "time_above", "share of the time above `level`", _none, moments.time_above,
         {"level": None},
     ),
     Statistic(
         "number_above", "number of times that the record rises above `level`, as of impacts",
-        unit_texts.none, moments.number_above, {"level": None},
+        _none, moments.number_above, {"level": None},
     ),
     Statistic(
         "significant_height",
         "mean of the highest third of heights, crest minus trough, of cycles about the mean",
-        unit_texts.same, cycles.significant_height,
+        _same, cycles.significant_height,
     ),
     Statistic(
         "significant_amplitude",
         "mean of the highest third of crests above the mean, one of each cycle",
-        unit_texts.same, cycles.significant_amplitude,
+        _same, cycles.significant_amplitude,
     ),
     Statistic(
-        "zero_crossing_period", "mean time between up-crossings of the mean", unit_texts.seconds,
+        "zero_crossing_period", "mean time between up-crossings of the mean", _seconds,
         cycles.zero_crossing_period,
     ),
     Statistic(
-        "number_of_cycles", "complete cycles between up-crossings of the mean", unit_texts.none,
+        "number_of_cycles", "complete cycles between up-crossings of the mean", _none,
         cycles.number_of_cycles,
     ),
     *(
@@ -181,46 +216,47 @@ STATISTICS: Mapping[str, Statistic] = _registry(
             partial(spectra.spectral_moment, order),
         )
         for order, unit in (
-            (0, unit_texts.squared),
-            *((k, partial(unit_texts.squared_times_frequency, k)) for k in (1, 2, 4)),
+            (0, _squared),
+            *((k, partial(_squared_times_frequency, k)) for k in (1, 2, 4)),
         )
     ),
     *(
         Statistic(f"spectral_{name}", text, unit, partial(spectra.spectral, name))
         for name, text, unit in (
-            ("significant_height", "4 √m₀", unit_texts.same),
-            ("mean_period", "T₀₁ = 2π m₀/m₁", unit_texts.seconds),
-            ("zero_crossing_period", "T₀₂ = 2π √(m₀/m₂)", unit_texts.seconds),
-            ("peak_period", "period of the highest spectral density", unit_texts.seconds),
-            ("bandwidth", "√(1 − m₂²/(m₀ m₄)), 0 for a narrow band", unit_texts.none),
+            ("significant_height", "4 √m₀", _same),
+            ("mean_period", "T₀₁ = 2π m₀/m₁", _seconds),
+            ("zero_crossing_period", "T₀₂ = 2π √(m₀/m₂)", _seconds),
+            ("peak_period", "period of the highest spectral density", _seconds),
+            ("bandwidth", "√(1 − m₂²/(m₀ m₄)), 0 for a narrow band", _none),
         )
     ),
     Statistic(
         "most_probable_maximum",
         "mode of the maximum over `duration` [s] of a Gaussian process: mean + σ √(2 ln N)",
-        unit_texts.same, extremes.most_probable_maximum, {"duration": None},
+        _same, extremes.most_probable_maximum, {"duration": None},
         {"duration": POSITIVE},
     ),
     Statistic(
         "expected_maximum",
         "mean of the maximum over `duration` [s] of a Gaussian process: "
         "mean + σ (√(2 ln N) + γ/√(2 ln N))",
-        unit_texts.same, extremes.expected_maximum, {"duration": None}, {"duration": POSITIVE},
+        _same, extremes.expected_maximum, {"duration": None}, {"duration": POSITIVE},
     ),
     Statistic(
         "maximum_quantile",
         "value that the maximum over `duration` [s] of a Gaussian process does not exceed with "
         "`probability`",
-        unit_texts.same, extremes.maximum_quantile, {"duration": None, "probability": None},
+        _same, extremes.maximum_quantile, {"duration": None, "probability": None},
         {"duration": POSITIVE, "probability": Limits(above=0.0, most=math.nextafter(1.0, 0.0))},
     ),
     Statistic(
         "damage_equivalent_load",
         "constant range that, at `reference_frequency` [Hz], does the damage of the rainflow "
         "cycles, for an S-N curve of `exponent`",
-        unit_texts.same, rainflow_counting.damage_equivalent_load,
+        _same, cycles.damage_equivalent_load,
         {"exponent": None, "reference_frequency": 1.0},
         {"exponent": POSITIVE, "reference_frequency": POSITIVE},
     ),
 )  # fmt: skip
+STATISTICS: Mapping[str, Statistic] = Named("there is no statistic", {s.name: s for s in _EVERY})
 """All statistics by name."""

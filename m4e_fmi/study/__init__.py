@@ -2,20 +2,18 @@
 
     study.yaml ── study ──► Study ── work ──► keys, tasks ── execution ──► records ──► dataset
 
-Start reading at `given/` (what a study file says) and `load`, then `systems/` and `programs/` (what
-the names stand for, the FMUs and tasks), `runs/` (what is kept of each run) and `run`; `report/` is
-the page of a result. The package itself can be called as `run_study` is:
-``m4e_fmi.study("study.yaml", …)``. It may import everything but `cli`.
+Start reading at `given/` (what a study file says), then `names` and `targets` (what its names stand
+for), the plans of `systems/` (FMUs, tasks) and `programs/` (ensembles), `record` (what is kept of
+each run) and `run`; `report/` is the page of a result. The package itself can be called as
+`run_study` is: ``m4e_fmi.study("study.yaml", …)``. It may import everything but `cli`.
 """
 
 import sys
 from inspect import signature
 from types import ModuleType
 
-from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.load import load_study
-from m4e_fmi.study.report.of_file import write_report
-from m4e_fmi.study.report.of_study import report_of_study
+from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.report.of_study import report_of_study, write_report
 from m4e_fmi.study.run import StudyOutcome, run_study
 
 study = run_study

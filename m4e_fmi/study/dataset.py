@@ -17,7 +17,7 @@ from m4e_fmi.files.writing import written
 from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.record import Record
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
@@ -202,17 +202,11 @@ def write_dataset(found: xarray.Dataset, path: Path) -> None:
 
 def _write_table(found: xarray.Dataset, path: Path) -> None:
     """A row for each run: its varied quantities, then its results; no series."""
-    names = [n for n in found.data_vars if not {"time", "row"} & {*found[n].dims}]
-    dims = [d for d in found.sizes if d not in ("time", "row")]
-    coordinates = [c for c in found.coords if c != "time"]
-    shape = tuple(found.sizes[d] for d in dims)
-    columns = {}
-    for name in (*coordinates, *names):
-        one = found[name]
-        wide = one.broadcast_like(found[dims[0]]) if dims and not one.dims else one
-        order = [wide.sizes[d] if d in wide.dims else 1 for d in dims]
-        values = wide.transpose(*[d for d in dims if d in wide.dims]).values.reshape(order)
-        columns[name] = np.broadcast_to(values, shape).reshape(-1)
+    names = [n for n in found.variables if not {"time", "row"} & {*found[n].dims}]
+    order = [*(n for n in names if n in found.coords), *(n for n in names if n in found.data_vars)]
+    dims = list(found["failure"].dims)
+    like = found["failure"].reset_coords(drop=True)
+    columns = {n: found[n].broadcast_like(like).transpose(*dims).values.ravel() for n in order}
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         heads = []

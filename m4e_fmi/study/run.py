@@ -12,19 +12,20 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cosim.preparation.components import silent
 from m4e_fmi.files.locks import TemporaryFolder, claimed
 from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.dataset import dataset, write_dataset
-from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.load import load_study
+from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.programs.plan import ProgramPlan
+from m4e_fmi.study.record import Record, Store
 from m4e_fmi.study.report.record import carried_record
-from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.start_up import DEFAULT
-from m4e_fmi.study.runs.store import Store
 from m4e_fmi.study.shown.warnings import WARNING, told_once
-from m4e_fmi.study.systems.execution import cores
-from m4e_fmi.study.work import Work, work_of
+from m4e_fmi.study.start_up import DEFAULT
+from m4e_fmi.study.systems.execution import cores, performing
+from m4e_fmi.study.systems.plan import SystemPlan
+from m4e_fmi.study.work import Work
 
 if TYPE_CHECKING:
     import xarray
@@ -93,9 +94,13 @@ def run_study(
             stack.enter_context(claimed(output))
         store = stack.enter_context(Store(folder / STORE))
         blobs = stack.enter_context(TemporaryFolder(folder))  # where workers see it
-        tell = told_once(tell or _silent)
-        made = work_of(study, folder, blobs, jobs=jobs or cores(), executor=executor, tell=tell)
-        work = stack.enter_context(made)
+        tell = told_once(tell or silent)
+        jobs = min(jobs or cores(), study.grid.count)
+        if study.is_program:
+            work = ProgramPlan(study, tell).work(jobs)
+        else:
+            perform = stack.enter_context(performing(jobs, executor))
+            work = SystemPlan(study, folder, blobs, tell).work(perform)
         for line in work.warnings:
             tell(f"{WARNING}{line}")
         records, kept = _records(work, store, fresh=fresh, progress=progress, tell=tell)
@@ -112,7 +117,8 @@ def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None
     record = carried_record(
         study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
     )
-    attributes = {**_attributes(study), "rows": work.rows, **record}
+    told = DEFAULT if study.start_up is None else f"{study.start_up:g} s, as stated"
+    attributes = {"source": str(study.source), "start_up": told, "rows": work.rows, **record}
     return StudyOutcome(
         study=study,
         data=dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes),
@@ -151,21 +157,13 @@ def _records(
                 if progress:
                     progress(done, count)
     except (KeyboardInterrupt, Terminated) as error:
-        error.add_note(_interruption(done, count))
+        told = f"before the first of {count} runs was done"
+        if done:
+            rest = "the same command makes the others"
+            told = f"after {done} of {count} runs, which are kept: {rest}"
+        error.add_note(told)
         raise
     return [by_key.get(key, NO_RUN) for key in keys], kept
-
-
-def _interruption(done: int, count: int) -> str:
-    if not done:
-        return f"before the first of {count} runs was done"
-    return f"after {done} of {count} runs, which are kept: the same command makes the others"
-
-
-def _attributes(study: Study) -> dict[str, str]:
-    stated = study.start_up
-    told = f"{stated:g} s, as stated" if stated is not None else DEFAULT
-    return {"source": str(study.source), "start_up": told}
 
 
 def _warnings(prepared: Mapping[str, int], records: Sequence[Record]) -> dict[str, int]:
@@ -182,7 +180,3 @@ def _lines(record: Record) -> Iterator[str]:
     yield from record.warnings
     for name, why in record.undefined.items():
         yield f"{name} is not defined: {why}"
-
-
-def _silent(_: str) -> None:
-    pass

@@ -11,8 +11,8 @@ import numpy as np
 from m4e_fmi.study.dataset import Labels, dataset, write_dataset
 from m4e_fmi.study.given.grid import Axis, Grid, Scalar, Varied
 from m4e_fmi.study.given.study import Study, Wanted
+from m4e_fmi.study.record import Record
 from m4e_fmi.study.report.record import carried_record, inputs_of
-from m4e_fmi.study.runs.record import Record
 
 EVIL = "<img src=x onerror=alert(1)>"
 """A text that must stay one."""

@@ -10,7 +10,7 @@ from support.gaussian_sea import seas
 
 from m4e_fmi.analysis.comparison.measures import phase
 from m4e_fmi.statistics import STATISTICS, confidence_interval
-from m4e_fmi.statistics.rainflow_counting import cycles_of
+from m4e_fmi.statistics.cycles import cycles_of
 
 ASTM = [-2, 1, -3, 5, -1, 3, -4, 4, -2]
 """ASTM E1049-85, figure 6."""

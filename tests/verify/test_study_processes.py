@@ -18,8 +18,8 @@ import pytest
 from support.small_study import Here, written_study
 
 from m4e_fmi.study import run_study
+from m4e_fmi.study.record import Record
 from m4e_fmi.study.run import STORE
-from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.systems import execution
 
 STUDY = """\

@@ -18,8 +18,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_fmi.analysis.points import Floats, OperatingPoint, place
-from m4e_fmi.analysis.response.limits import SIGNIFICANT, Limits
-from m4e_fmi.analysis.response.linear_equations import Held, LinearEquations, adrift
+from m4e_fmi.analysis.response.linear_equations import (
+    SIGNIFICANT,
+    Held,
+    Limits,
+    LinearEquations,
+    adrift,
+)
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.wave_response import doubts, usual_outputs
 from m4e_fmi.analysis.response.waves import Complex, InWaves, Sea
@@ -173,7 +178,7 @@ class _Motion:
         way = _Way()
         for number in range(1, MOST_STEPS + 1):
             progress(f"{title} {number} of {MOST_STEPS}")
-            linear = self._averaged(mean, last)
+            linear = LinearEquations.averaged(self.local, *self._samples(mean, last))
             sizes = 1.0 + np.abs(mean)
             step = held.step(linear.A, linear.rates)
             mean = mean + step
@@ -203,9 +208,6 @@ class _Motion:
         left = np.var(outputs - explained, axis=0)
         variance = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
         return outputs.mean(axis=0), np.sqrt(np.maximum(variance, 0.0) + left)
-
-    def _averaged(self, mean: Floats, covariance: Floats) -> LinearEquations:
-        return LinearEquations.averaged(self.local, *self._samples(mean, covariance))
 
     def _rounding(self, deviations: Floats) -> Floats:
         """The standard deviations (n + m,) below which those of their unit are rounding."""

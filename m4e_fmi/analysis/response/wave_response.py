@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.analysis.attitudes import attitudes
 from m4e_fmi.analysis.points import Floats, OperatingPoint, local_parts, motion, place
-from m4e_fmi.analysis.response.limits import Limits
-from m4e_fmi.analysis.response.linear_equations import LinearEquations
+from m4e_fmi.analysis.response.linear_equations import Limits, LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.steady_motion import steady_motion
 from m4e_fmi.analysis.response.waves import Complex, InWaves

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from m4e_fmi.files.document import Document, Location
 from m4e_fmi.study.given.grid import (
     Axis,
     Grid,
+    NotRun,
     Varied,
     cases_without_weight,
     states_without_time,
@@ -36,58 +38,48 @@ RESERVED = (
 
 def grid_of(section: StudySection, document: Document, problems: list[Problem]) -> Grid:
     """The dimensions of a study file, of which wrong ones are left out; adds to `problems`."""
-    axes: list[Axis] = []
-    for name, given in section.vary.items():
-        one = given if isinstance(given, AxisSection) else AxisSection(values=given)
-        found = _axis(name, one, ("vary", name), document, problems)
-        axes += [found] if found else []
-    made = Grid(tuple(axes))
-    for section_of in (_of_sample, _of_table, _of_scatter):
+    axes, not_run = list[Axis](), list[NotRun]()
+    probability: tuple[tuple[str, str], np.ndarray] | None = None
+    covered, folder = "", document.path.parent
+
+    @contextmanager
+    def told() -> Generator[None]:
         try:
-            made = section_of(made, section, document)
+            yield
         except InputError as error:
-            problems += error.problems
-    problems += [*_twice(made.axes, document), *_crossed(made.axes, document)]
+            problems.extend(error.problems)
+
+    for name, given in section.vary.items():
+        with told():
+            one = given if isinstance(given, AxisSection) else AxisSection(values=given)
+            axes.append(_axis(name, one, ("vary", name), document))
+    if section.sample:
+        with told():
+            axes.append(_sampled(section.sample, document))
+    if given := section.table:
+        with told():
+            points, weights, units = table(folder, given, document)
+            plain = _varied(given.columns, ("table", "columns"))
+            heads = zip(plain, given.columns.values(), units, strict=True)
+            varied = tuple(replace(one, column=head, unit=unit) for one, head, unit in heads)
+            axes.append(Axis("case", varied, points, weights))
+            if weights and not given.run_all:
+                not_run += cases_without_weight(np.array(weights))
+    if given := section.scatter:
+        with told():
+            both, shares, covered = scatter(folder, given, document)
+            names = given.rows, given.columns
+            axes += both
+            probability = names, shares
+            not_run += [] if given.run_all else states_without_time(names, shares)
+    problems += [*_twice(axes, document), *_crossed(axes, document)]
+    made = Grid(tuple(axes), probability, covered, tuple(not_run))
     named = _named(made, {*RESERVED, *section.wanted}, document, problems)
     if named.size > MOST_POINTS:
         message = f"the dimensions have {named.size:,} points together, {MOST_POINTS:,} at most"
         problems.append(document.problem(("name",), message, "vary less, or draw a sample"))
         return Grid(())
     return named
-
-
-def _of_sample(made: Grid, section: StudySection, document: Document) -> Grid:
-    """The grid with the points of a sample, if one is asked for."""
-    if section.sample is None:
-        return made
-    return replace(made, axes=(*made.axes, _sampled(section.sample, document)))
-
-
-def _of_table(made: Grid, section: StudySection, document: Document) -> Grid:
-    """The grid with the cases of a table, if there is one."""
-    given = section.table
-    if given is None:
-        return made
-    points, weights, units = table(document.path.parent, given, document)
-    plain = _varied(given.columns, ("table", "columns"))
-    varied = tuple(
-        replace(one, column=column, unit=unit)
-        for one, column, unit in zip(plain, given.columns.values(), units, strict=True)
-    )
-    left = cases_without_weight(np.array(weights)) if weights and not given.run_all else ()
-    cases = Axis("case", varied, points, weights)
-    return replace(made, axes=(*made.axes, cases), not_run=(*made.not_run, *left))
-
-
-def _of_scatter(made: Grid, section: StudySection, document: Document) -> Grid:
-    """The grid with the sea states of a scatter diagram, if there is one."""
-    given = section.scatter
-    if given is None:
-        return made
-    axes, shares, covered = scatter(document.path.parent, given, document)
-    names = given.rows, given.columns
-    left = () if given.run_all else states_without_time(names, shares)
-    return Grid((*made.axes, *axes), (names, shares), covered, (*made.not_run, *left))
 
 
 def _named(made: Grid, taken: set[str], document: Document, problems: list[Problem]) -> Grid:
@@ -99,7 +91,10 @@ def _named(made: Grid, taken: set[str], document: Document, problems: list[Probl
         for name, at in _coordinates(named)
         if name in taken
     ]  # fmt: skip
-    problems += _same_names(named, document)
+    problems += [
+        document.problem(at, f"two dimensions or columns are called {name!r}", "choose with 'as'")
+        for name, at in _repeated(_coordinates(named))
+    ]
     short = {old.name: new.name for old, new in zip(made.axes, named, strict=True)}
     probability = made.probability
     if probability:
@@ -113,41 +108,33 @@ def _varied(names: Iterable[str], location: Location) -> tuple[Varied, ...]:
     return tuple(Varied(name, (name,), (*location, name)) for name in names)
 
 
-def _axis(
-    name: str, given: AxisSection, at: Location, document: Document, problems: list[Problem]
-) -> Axis | None:
-    """The dimension of an entry of `vary`; adds to `problems`."""
-    ways = [
-        key
-        for key, there in (
-            ("values", given.values is not None),
-            ("from", given.from_ is not None or given.to is not None),
-            ("seeds", given.seeds is not None),
-            ("together", given.together is not None),
-        )
-        if there
-    ]
+def _axis(name: str, given: AxisSection, at: Location, document: Document) -> Axis:
+    """The dimension of an entry of `vary`; InputError for a wrong one."""
+
+    def wrong(place: Location, message: str, remedy: str = "") -> InputError:
+        return InputError([document.problem(place, message, remedy)])
+
+    known = {
+        "values": given.values is not None,
+        "from": given.from_ is not None or given.to is not None,
+        "seeds": given.seeds is not None,
+        "together": given.together is not None,
+    }
+    ways = [key for key, there in known.items() if there]
     if len(ways) != 1:
         what = f"has {' and '.join(ways)}" if ways else "has no values"
         remedy = "give a list, or one of 'values', 'from' and 'to', 'seeds' and 'together'"
-        problems.append(document.problem(at, f"{name} {what}", remedy))
-        return None
+        raise wrong(at, f"{name} {what}", remedy)
     if given.together is not None:
         lengths = {len(values) for values in given.together.values()}
         if len(lengths) != 1 or lengths == {0}:
             message = f"{name}: names that move together need as many values each"
-            problems.append(document.problem((*at, "together"), message))
-            return None
+            raise wrong((*at, "together"), message)
         points = tuple(zip(*given.together.values(), strict=True))
         return Axis(given.as_ or name, _varied(given.together, (*at, "together")), points)
-    try:
-        values = _values(name, given, at, document)
-    except InputError as error:
-        problems += error.problems
-        return None
+    values = _values(name, given, at, document)
     if not values:
-        problems.append(document.problem(at, f"{name} has no values", "give one at least"))
-        return None
+        raise wrong(at, f"{name} has no values", "give one at least")
     short = given.as_ or name
     varied = (Varied(short, given.names or (name,), at),)
     points = tuple((value,) for value in values)
@@ -255,12 +242,16 @@ def _spread(share: np.ndarray, spread: Spread) -> np.ndarray:
 def _twice(axes: Sequence[Axis], document: Document) -> list[Problem]:
     """Names that are varied by two dimensions."""
     places = [(t, v.location) for axis in axes for v in axis.varied for t in v.targets]
-    counts = Counter(target for target, _ in places)
     return [
-        document.problem(location, f"{target} is varied twice", "leave one out")
-        for target, location in places
-        if counts[target] > 1
+        document.problem(at, f"{name} is varied twice", "leave one out")
+        for name, at in _repeated(places)
     ]
+
+
+def _repeated(places: Sequence[tuple[str, Location]]) -> list[tuple[str, Location]]:
+    """Names that are there more than once, with their places."""
+    counts = Counter(name for name, _ in places)
+    return [(name, at) for name, at in places if counts[name] > 1]
 
 
 def _crossed(axes: Sequence[Axis], document: Document) -> list[Problem]:
@@ -280,17 +271,6 @@ def _coordinates(axes: Sequence[Axis]) -> list[tuple[str, Location]]:
     """Names of the coordinates of the result and their places: dimensions, and columns of them."""
     names = [(a.name, a.varied[0].location) for a in axes]
     return names + [(v.name, v.location) for a in axes if len(a.varied) > 1 for v in a.varied]
-
-
-def _same_names(axes: Sequence[Axis], document: Document) -> list[Problem]:
-    """Coordinates of the result that would have one name."""
-    names = _coordinates(axes)
-    counts = Counter(name for name, _ in names)
-    return [
-        document.problem(at, f"two dimensions or columns are called {name!r}", "choose with 'as'")
-        for name, at in names
-        if counts[name] > 1
-    ]
 
 
 def _with_short_names(axes: Sequence[Axis], taken: Collection[str]) -> list[Axis]:

@@ -93,6 +93,12 @@ class Grid:
         """Number of points, those which are not run among them."""
         return math.prod(self.shape)
 
+    @property
+    def places(self) -> dict[str, Location]:
+        """Places in the file of all varied targets, by name."""
+        varied = (one for axis in self.axes for one in axis.varied)
+        return {target: one.location for one in varied for target in one.targets}
+
     @cached_property
     def is_run(self) -> np.ndarray:
         """1 of the points that are run, else 0: truth values (…) [1] in the shape of the grid."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.errors import Problem, is_file, missing_file, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document
 from m4e_fmi.shown import short
 from m4e_fmi.statistics import STATISTICS
@@ -63,14 +63,16 @@ class Study:
         """True if it runs as one program: a model, or a composed system."""
         return self.is_model or self.composed
 
-    def start_up_problems(self, duration: float) -> list[Problem]:
-        """A problem if a stated start-up leaves no row of runs of a `duration` [s]."""
-        varied = {name for axis in self.grid.axes for v in axis.varied for name in v.targets}
-        if self.start_up is None or self.start_up < duration or STOP_TIME in varied:
-            return []
-        message = f"start_up {self.start_up:g} s leaves nothing of runs of {duration:g} s"
-        remedy = "write a shorter one, or longer runs by simulation: {stop_time: …}"
-        return [self.document.problem(("start_up", "@value"), message, remedy)]
+
+def load_study(path: str | Path) -> Study:
+    """The study in a YAML file; InputError with all problems of the file.
+
+    Names and values are compared with the system or the model when it runs.
+    """
+    study, problems = read_study(path)
+    if problems or study is None:
+        raise InputError(dict.fromkeys(problems))
+    return study
 
 
 def read_study(path: str | Path) -> tuple[Study | None, list[Problem]]:

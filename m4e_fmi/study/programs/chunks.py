@@ -11,7 +11,7 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -24,30 +24,50 @@ LONG = 1.0
 _LOOK = 0.2
 """Seconds after which a waiting thread looks for signals, where a lock keeps them out."""
 
-Result = TypeVar("Result")
+COMPILING_PAYS = 1.0
+"""Seconds of processor time that the interpreter would take for what is left of a group, from which
+on its program is compiled: both give the same bits."""
+
+Result = TypeVar("Result", covariant=True)
+
+
+class Make(Protocol[Result]):
+    """Makes some runs (n,) [1] of a group by one call of the library."""
+
+    def __call__(self, runs: np.ndarray, *, compiled: bool) -> Result: ...
 
 
 @dataclass
 class Pace:
-    """The `size` of chunks, in runs [1], for so many threads: small first, then by their time."""
+    """The `size` of chunks, in runs [1], for so many threads: small first, then by their time.
+
+    `left` runs [1] are not made yet; the interpreter took `each` [s] for one of the first.
+    """
 
     jobs: int
+    left: int
     size: int = LANES
+    each: float = 0.0
+    compiled: bool = False
 
     def next(self, left: int) -> int:
         """Runs of the next chunk, of those that are `left`: each thread has two more, if it can."""
         share = -(-left // (2 * self.jobs * LANES)) * LANES
         return min(self.size, share, left)
 
-    def took(self, count: int, seconds: float) -> None:
-        """Learn from a chunk of `count` runs: the next ones are at most twice as large."""
+    def took(self, count: int, seconds: float, used: float) -> None:
+        """Learn from a chunk of `count` runs, of the time and of that `used` by the processor [s].
+
+        The next ones are at most twice as large.
+        """
         fitting = int(count * LONG / max(seconds, 1e-9)) // LANES * LANES
         self.size = max(LANES, min(MOST, 2 * count // LANES * LANES, fitting))
+        self.left -= count
+        self.each = self.each or used / count
+        self.compiled = self.compiled or self.left * self.each > COMPILING_PAYS
 
 
-def chunks(
-    runs: np.ndarray, pace: Pace, make: Callable[[np.ndarray], Result]
-) -> Iterator[Callable[[], Result]]:
+def chunks(runs: np.ndarray, pace: Pace, make: Make[Result]) -> Iterator[Callable[[], Result]]:
     """Calls that make parts of `runs` (n,) [1], each sized when it is asked for."""
     first = 0
     while first < len(runs):
@@ -56,9 +76,9 @@ def chunks(
         first += count
 
         def timed(part: np.ndarray = part) -> Result:
-            began = clock.perf_counter()
-            made = make(part)
-            pace.took(len(part), clock.perf_counter() - began)
+            began, used = clock.perf_counter(), clock.thread_time()
+            made = make(part, compiled=pace.compiled)
+            pace.took(len(part), clock.perf_counter() - began, clock.thread_time() - used)
             return made
 
         yield timed

@@ -12,8 +12,9 @@ import numpy as np
 from m4e_fmi.report.panels import aligned, quantity
 from m4e_fmi.report.web.markup import paragraph, table
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR, annual_energy
-from m4e_fmi.study.report.result import Dimension, StudyResult
-from m4e_fmi.study.shown.over_states import has_mean_over_states
+from m4e_fmi.study.given.grid import Axis
+from m4e_fmi.study.report.result import StudyResult
+from m4e_fmi.study.shown.over_states import NO_MEAN, States
 
 MOST_ROWS = 200
 """Designs of a table; the page's table of numbers has all."""
@@ -41,14 +42,15 @@ class Contribution:
 
 def contributions(result: StudyResult) -> list[Contribution]:
     """Probability times value of each quantity; of mean powers the energy of a year in MWh."""
-    shares = _shares(result)
-    if shares is None:
-        return []
-    found = []
+    states, found = result.states, []
     for name, told in result.record.wanted.items():
-        if not has_mean_over_states(told.statistic):
+        if states is None or told.statistic in NO_MEAN:
             continue
-        mean = result.designs(name).mean
+        designs = result.designs(name)
+        mean, names = designs.mean, [axis.name for axis in designs.axes]
+        order = [states.names.index(name) for name in names if name in states.names]
+        shape = [len(axis) if axis.name in states.names else 1 for axis in designs.axes]
+        shares = states.shares.transpose(order).reshape(shape)
         if _is_power(result, name):
             text = f"Probability times {name} times 8766 h"
             values = shares * mean * YEAR / MEGAWATT_HOUR
@@ -62,12 +64,13 @@ def contributions(result: StudyResult) -> list[Contribution]:
 
 def annual(result: StudyResult) -> str:
     """Tables of means by probability, for each design beside the states, as HTML."""
-    if result.probability is None:
+    states = result.states
+    if states is None:
         return ""
-    names, shares = result.probability
-    others = [one for one in result.design_dimensions if one.name not in names]
+    shares = states.shares
+    others = [one for one in states.rest(result.grid.axes) if not one.repeats]
     heads = [*(one.name for one in others), "quantity", "mean by probability", *ENERGIES, "states"]
-    rows = list(islice(_rows(result, shares, others), MOST_ROWS + 1))
+    rows = list(islice(_rows(result, states, others), MOST_ROWS + 1))
     text = (
         "Of each design the mean over all states by probability. Extremes, and loads that do the "
         "same damage, have none: the summary tells what acts over all states."
@@ -87,19 +90,18 @@ def annual(result: StudyResult) -> str:
     return paragraph(text, "note") + table(caption, heads, rows[:MOST_ROWS], texts=len(others) + 1)
 
 
-def _rows(
-    result: StudyResult, shares: np.ndarray, others: Sequence[Dimension]
-) -> Iterator[Sequence[str]]:
+def _rows(result: StudyResult, states: States, others: Sequence[Axis]) -> Iterator[Sequence[str]]:
     """Rows of the table: quantities of each point of the dimensions that are no states."""
-    found = {
-        name: (
-            _by_state(result, result.by_seeds(result.numbers[name]), extra=1),
-            _by_state(result, result.designs(name).mean),
-        )
-        for name, told in result.record.wanted.items()
-        if has_mean_over_states(told.statistic)
-    }
-    for place in np.ndindex(tuple(one.count for one in others)):
+    axes, shares = result.grid.axes, states.shares[states.shares > 0.0]
+    seeds = [k for k, axis in enumerate(states.rest(axes)) if axis.repeats]
+    found = dict[str, tuple[np.ndarray, np.ndarray]]()
+    for name, told in result.record.wanted.items():
+        if told.statistic not in NO_MEAN:
+            designs, rows = result.designs(name), states.last(axes, result.numbers[name])
+            rest = [k for k in range(rows.ndim) if k not in seeds]
+            rows = rows.transpose([*rest, *seeds]).reshape((*(rows.shape[k] for k in rest), -1))
+            found[name] = rows, states.last(designs.axes, designs.mean)
+    for place in np.ndindex(tuple(map(len, others))):
         labels = [one.labels[k] for one, k in zip(others, place, strict=True)]
         for name, (rows, mean) in found.items():
             unit, is_power = result.units[name], _is_power(result, name)
@@ -110,7 +112,7 @@ def _rows(
 def _annual_row(
     rows: np.ndarray, mean: np.ndarray, shares: np.ndarray, unit: str, *, is_power: bool
 ) -> tuple[str, str, str, str]:
-    """Mean, energy, its error, number of states: of `rows` (states…, n_seeds) and their `mean`.
+    """Mean, energy, its error, number of states: of `rows` (states, n_seeds) and their `mean`.
 
     They are those of the seeds that have values of all states; if none has, of the `mean`.
     """
@@ -142,24 +144,3 @@ def _annual_row(
 def _is_power(result: StudyResult, name: str) -> bool:
     """True for mean powers: their sums over states are energies."""
     return result.units[name] == "W" and result.record.wanted[name].statistic == "mean"
-
-
-def _by_state(result: StudyResult, values: np.ndarray, extra: int = 0) -> np.ndarray:
-    """`values` (designs…, extra…) with the dimensions of the states behind the other ones."""
-    assert result.probability is not None
-    names = [one.name for one in result.design_dimensions]
-    states = [names.index(name) for name in result.probability[0]]
-    others = [k for k in range(len(names)) if k not in states]
-    last = range(len(names), len(names) + extra)
-    return values.transpose((*others, *states, *last))
-
-
-def _shares(result: StudyResult) -> np.ndarray | None:
-    """Probabilities [1] that fit the shape of designs; None without."""
-    if result.probability is None:
-        return None
-    names, shares = result.probability
-    order = [one.name for one in result.design_dimensions if one.name in names]
-    turned = shares.transpose([names.index(name) for name in order])
-    shape = [one.count if one.name in names else 1 for one in result.design_dimensions]
-    return turned.reshape(shape)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
+from m4e_fmi.study.given.grid import Axis
+from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.report.annual import Contribution
-from m4e_fmi.study.report.result import Column, Dimension, StudyResult
+from m4e_fmi.study.report.result import StudyResult
 
 MEAN, WIDTH, MISSING = "mean ", "width ", "missing "
 """Beginnings of the names of numbers of designs."""
@@ -33,12 +35,12 @@ class Content:
 
 def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
     """All numbers of runs and designs, and the series that a page takes."""
-    runs = _packed(list(_of_runs(result)), result.size, "r")
+    grid = result.grid
+    runs = _packed(list(_of_runs(result)), grid.size, "r")
     designs = _packed(list(_of_designs(result, contributed)), 0, "d")
     series = _series(result)
-    states = result.probability[0] if result.probability else ()
     data: dict[str, object] = {
-        "dims": [_dimension(one, state=one.name in states) for one in result.dimensions],
+        "dims": [_dimension(one, result) for one in grid.axes],
         "quantities": [
             {"name": name, "unit": result.units[name], "text": told.text, "of": ""}
             for name, told in result.record.wanted.items()
@@ -48,14 +50,14 @@ def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
             for one in contributed
         ],
         "columns": [
-            {"name": column.name, "dim": number}
-            for number, one in enumerate(result.dimensions)
-            for column in one.columns
+            {"name": varied.name, "dim": number}
+            for number, one in enumerate(grid.axes)
+            for varied in one.varied
         ],
         "runs": runs.data,
         "designs": designs.data,
         "failures": _failures(result),
-        "notRun": np.flatnonzero(~result.is_run).tolist(),
+        "notRun": np.flatnonzero(~grid.is_run).tolist(),
         "series": series and {
             "samples": series.data,
             "runs": result.series.runs.tolist() if result.series else [],
@@ -73,32 +75,33 @@ def _packed(curves: list[Curve], count: int, prefix: str) -> Samples:
     return packed_samples(np.arange(count, dtype=float), curves, prefix=prefix)
 
 
-def _dimension(one: Dimension, *, state: bool) -> dict[str, object]:
-    """A dimension of the page; `state` if its points have probabilities."""
-    column = one.columns[0]
-    numbers = one.is_grid and column.is_number and bool(np.isfinite(column.values).all())
+def _dimension(one: Axis, result: StudyResult) -> dict[str, object]:
+    """A dimension of the page; a state if its points have probabilities."""
+    alone, values = len(one.varied) == 1, [point[0] for point in one.points]
+    numbers = one.is_numbers and bool(np.isfinite(np.array(values, float)).all())
+    unit, text = result.labels[one.varied[0].name] if alone else ("", "")
     return {
         "name": one.name,
-        "unit": column.unit if one.is_grid else "",
-        "text": column.text if one.is_grid else "",
-        "count": one.count,
-        "labels": one.labels if one.is_grid else None,
-        "numbers": column.values.astype(float).tolist() if numbers else None,
+        "unit": unit,
+        "text": text,
+        "count": len(one),
+        "labels": one.labels if alone else None,
+        "numbers": [float(value) for value in values] if numbers else None,
         "repeats": one.repeats,
-        "state": state,
+        "state": bool(result.states and one.name in result.states.names),
     }
 
 
 def _of_runs(result: StudyResult) -> Iterator[Curve]:
     """Varied quantities, and the numbers of each run."""
-    for number, one in enumerate(result.dimensions):
-        shape = [1] * len(result.shape)
-        shape[number] = one.count
-        for column in one.columns:
-            values, items = _coded(column)
-            spread = np.broadcast_to(values.reshape(shape), result.shape).reshape(-1)
-            yield Curve(column.name, VARIED, column.name, column.unit, column.text, spread,
-                        items=items)  # fmt: skip
+    shape = result.grid.shape
+    for number, one in enumerate(result.grid.axes):
+        along = [len(one) if k == number else 1 for k in range(len(shape))]
+        for k, varied in enumerate(one.varied):
+            values, items = _coded([point[k] for point in one.points])
+            spread = np.broadcast_to(values.reshape(along), shape).reshape(-1)
+            unit, text = result.labels[varied.name]
+            yield Curve(varied.name, VARIED, varied.name, unit, text, spread, items=items)
     for name, values in result.numbers.items():
         if name == "coupling_error" and np.isnan(values).all():
             continue  # of one program
@@ -107,19 +110,17 @@ def _of_runs(result: StudyResult) -> Iterator[Curve]:
         yield Curve(name, kind, name, result.units[name], text, values.reshape(-1))
 
 
-def _coded(column: Column) -> tuple[np.ndarray, dict[str, int]]:
-    """Numbers (n,) of a column, and what they stand for if these are not its values."""
-    if column.is_number:
-        return column.values.astype(float), {}
-    names = list(dict.fromkeys(column.labels))
-    return np.array([names.index(text) for text in column.labels], float), {
-        name: k for k, name in enumerate(names)
-    }
+def _coded(values: Sequence[Scalar]) -> tuple[np.ndarray, dict[str, int]]:
+    """Numbers (n,) [their unit] for `values`, and what they stand for if those are none."""
+    if not any(isinstance(value, bool | str) for value in values):
+        return np.array(values, float), {}
+    items = {name: k for k, name in enumerate(dict.fromkeys(map(str, values)))}
+    return np.array([items[str(value)] for value in values], float), items
 
 
 def _of_designs(result: StudyResult, contributed: list[Contribution]) -> Iterator[Curve]:
     """Means over seeds with their confidence, and contributions of states."""
-    if any(one.repeats for one in result.dimensions):
+    if any(one.repeats for one in result.grid.axes):
         for name in result.record.wanted:
             found, unit = result.designs(name), result.units[name]
             for kind, values in (
@@ -142,7 +143,7 @@ def _series(result: StudyResult) -> Samples | None:
     if found is None:
         return None
     curves = [
-        Curve(f"{name}, run {run + 1}", f"run {run + 1}: {result.label(int(run))}", name,
+        Curve(f"{name}, run {run + 1}", f"run {run + 1}: {result.grid.label(int(run))}", name,
               found.units[name], found.texts[name], found.values[name][row])
         for row, run in enumerate(found.runs.tolist())
         for name in found.values

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.writing import check_suffix, written
+from m4e_fmi.report.run_report.of_run import SUFFIX, report_of_run
 from m4e_fmi.report.web.markup import paragraph
 from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
+from m4e_fmi.results.results_file import dimensions_of
 from m4e_fmi.study.report.annual import annual, contributions
 from m4e_fmi.study.report.content import Content, content_of
-from m4e_fmi.study.report.result import StudyResult, load_study_result
+from m4e_fmi.study.report.result import OF_RUNS, StudyResult, load_study_result
 from m4e_fmi.study.report.summary import reproduction, summary
 
 OWN = "m4e_fmi.study.report"
@@ -51,7 +55,7 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
     sections.append(PageSection("inputs", "Reproduction", reproduction(result, command)))
     return Page(
         title=result.attribute("title") or result.path.stem,
-        subtitle=f"Study of {result.count:,} runs, report of m4e_fmi",
+        subtitle=f"Study of {result.grid.count:,} runs, report of m4e_fmi",
         sections=sections,
         data=content.data,
         styles=[text_of(OWN, "study_report.css")],
@@ -80,3 +84,24 @@ def _runs(result: StudyResult) -> str:
         told += " Each run has rows at times of its own; values are linear between them."
     html = text_of(OWN, "runs.html").replace("@histories@", text_of(HERE, "histories.html"))
     return html + paragraph(told, "note")
+
+
+def write_report(results: str | Path, path: str | Path | None = None) -> Path:
+    """Write the report of the results of a run, a simulation or a study; returns its path.
+
+    `results` is their netCDF file, also of a run that goes on, was killed or has failed. `path` is
+    the page (.html), by default beside the results with ``.report.html`` in place of their suffix.
+    InputError for a file of another kind, one that is damaged, or one that has no rows; RunError
+    if the page cannot be written.
+    """
+    file = as_path(results)
+    page = file.with_suffix(SUFFIX) if path is None else Path(path)
+    found = dimensions_of(file)
+    if all(dimensions == ("time",) for dimensions in found.values()):
+        return report_of_run(file, page)
+    if all(name in found for name in OF_RUNS):  # every study has these
+        return report_of_study(file, page)
+    over = ", ".join(dict.fromkeys(name for names in found.values() for name in names))
+    message = f"has numbers over {over or 'no dimension'}: it is of no run, simulation or study"
+    remedy = "give what `m4e-fmi run`, `m4e-fmi simulate` or `m4e-fmi study` has written"
+    raise InputError.single(message, remedy, str(file))

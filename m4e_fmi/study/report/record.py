@@ -13,7 +13,7 @@ from m4e_fmi.doctor import versions
 from m4e_fmi.errors import InputError
 from m4e_fmi.report.run_report.record import InputFile, input_file
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.record import Record
 from m4e_fmi.study.shown.warnings import warning_lines
 
 ATTRIBUTE = "record"

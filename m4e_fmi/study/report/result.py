@@ -1,9 +1,9 @@
-"""`StudyResult`: dimensions, quantities and failures of a study, read from its result file."""
+"""`StudyResult`: grid, quantities and failures of a study, read from its result file."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,139 +11,123 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.errors import InputError, is_file, missing_file
+from m4e_fmi.study.given.grid import Axis, Grid, NotRun, Varied
 from m4e_fmi.study.report.record import StudyRecord, record_of
-from m4e_fmi.study.report.series import StudySeries, series_of, unit_of
-from m4e_fmi.study.shown.averages import means_of_designs
+from m4e_fmi.study.shown.over_states import Averaged, States, averaged, states_of
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import xarray
+
+MOST_CURVES = 2_000
+"""Series in a page: each is a block of its own."""
+MOST_NUMBERS = 20_000_000
+"""Numbers of all series in a page: of Float32, 100 MB as text."""
+DENSER = 2
+"""Rows at even times, of runs with rows of their own, over the rows of the longest run."""
+
+
+@dataclass(frozen=True)
+class StudySeries:
+    """Series of some `runs` (m,), numbers from 0, at `time` (n,) [s].
+
+    `values` (m, n) by variable have their unit of `units`; nan behind the end of a run. `all_runs`
+    counts the runs that have series [1]; `evenly` is True if values are linear between the rows of
+    each run, at even times.
+    """
+
+    time: np.ndarray = field(repr=False)
+    runs: np.ndarray = field(repr=False)
+    values: dict[str, np.ndarray] = field(repr=False)
+    units: dict[str, str]
+    texts: dict[str, str]
+    all_runs: int
+    evenly: bool
+
+
+def series_of(data: xarray.Dataset, names: tuple[str, ...], count: int) -> StudySeries | None:
+    """The series `names` of `count` runs; None if there are none.
+
+    Of more runs than a page takes, those at even distances.
+    """
+    there = [name for name in names if name in data]
+    if not there or "time" not in data:
+        return None
+    first = data[there[0]].values.reshape(count, -1)
+    good = np.flatnonzero(np.isfinite(first).sum(axis=1) > 1)
+    rows = first.shape[1] * (1 if data["time"].ndim == 1 else DENSER)
+    most = max(1, min(MOST_CURVES, MOST_NUMBERS // rows) // len(there))
+    runs = good if len(good) <= most else good[np.linspace(0, len(good) - 1, most).astype(int)]
+    if not len(runs):
+        return None
+    values = {name: data[name].values.reshape(count, -1)[runs].astype(float) for name in there}
+    time, evenly = data["time"].values.astype(float), data["time"].ndim > 1
+    if evenly:
+        own = time.reshape(count, -1)[runs]
+        time = np.linspace(np.nanmin(own), np.nanmax(own), rows)
+        values = {name: _between(time, own, found) for name, found in values.items()}
+    return StudySeries(
+        time=time,
+        runs=runs,
+        values=values,
+        units={name: unit_of(data[name]) for name in there},
+        texts={name: str(data[name].attrs.get("long_name", "")) for name in there},
+        all_runs=len(good),
+        evenly=evenly,
+    )
+
+
+def _between(time: np.ndarray, own: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """`values` (m, k) at times `own` (m, k) [s], linear between them at `time` (n,) [s]."""
+    found = np.full((len(values), len(time)), np.nan)
+    for row, at, known in zip(found, own, values, strict=True):
+        there = np.isfinite(at)
+        row[:] = np.interp(time, at[there], known[there], left=np.nan, right=np.nan)
+    return found
+
+
+def unit_of(one: xarray.DataArray) -> str:
+    """Unit of a variable; "" of numbers without."""
+    unit = str(one.attrs.get("units", ""))
+    return "" if unit == "1" else unit
+
 
 OF_RUNS = ("coupling_error", "wall_time", "start_up")
 """Numbers that every result has of each run."""
 
 
 @dataclass(frozen=True)
-class Column:
-    """A varied quantity: its `values` (n,) along a dimension, in its `unit` (or texts)."""
-
-    name: str
-    unit: str
-    text: str
-    values: np.ndarray = field(repr=False)
-
-    @property
-    def is_number(self) -> bool:
-        """False for texts and truth values."""
-        return self.values.dtype.kind in "iuf"
-
-    @property
-    def labels(self) -> list[str]:
-        """Texts of the values, with six digits."""
-        return [f"{x:.6g}" if isinstance(x, float) else str(x) for x in self.values.tolist()]
-
-
-@dataclass(frozen=True)
-class Dimension:
-    """A dimension of `count` points; each has a value of every one of the `columns`.
-
-    `repeats` are runs of one design with other seeds.
-    """
-
-    name: str
-    count: int
-    columns: tuple[Column, ...]
-    repeats: bool
-
-    @property
-    def is_grid(self) -> bool:
-        """True if one quantity is varied along it; else its points are samples or cases."""
-        return len(self.columns) == 1
-
-    @property
-    def labels(self) -> list[str]:
-        """Texts of the points, numbers from 1 of samples and cases."""
-        return self.columns[0].labels if self.is_grid else [str(k + 1) for k in range(self.count)]
-
-
-@dataclass(frozen=True)
-class Designs:
-    """Means over seeds: `mean`, `half_width` (…) in the unit of the values, `missing` (…) [1]."""
-
-    mean: np.ndarray
-    half_width: np.ndarray
-    missing: np.ndarray
-
-
-@dataclass(frozen=True)
 class StudyResult:
-    """A result of a study: `numbers` by name (the shape of the dimensions), in their `units`.
+    """A result of a study: `numbers` by name (the shape of the grid), in their `units`.
 
-    `failure` has the reason of each run that failed, "" of the others; `is_run` is False of what
-    has no probability and was not run (both the shape of the dimensions). `probability` has the
-    names of its dimensions and shares [1], None without.
+    `labels` are unit and description of varied quantities. `failure` has the reason of each run
+    that failed, "" of the others (the shape of the grid). `states` have probabilities, None
+    without.
     """
 
     path: Path
     attributes: Mapping[str, str] = field(repr=False)
     record: StudyRecord = field(repr=False)
-    dimensions: tuple[Dimension, ...]
+    grid: Grid
+    labels: Mapping[str, tuple[str, str]]
     numbers: Mapping[str, np.ndarray] = field(repr=False)
     units: Mapping[str, str]
     failure: np.ndarray = field(repr=False)
-    is_run: np.ndarray = field(repr=False)
-    probability: tuple[tuple[str, ...], np.ndarray] | None = field(default=None, repr=False)
+    states: States | None = field(default=None, repr=False)
     series: StudySeries | None = field(default=None, repr=False)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Points of each dimension."""
-        return tuple(one.count for one in self.dimensions)
-
-    @property
-    def size(self) -> int:
-        """Number of points, those which were not run among them."""
-        return math.prod(self.shape)
-
-    @property
-    def count(self) -> int:
-        """Number of runs."""
-        return int(self.is_run.sum())
 
     @property
     def failed(self) -> np.ndarray:
         """Numbers (n_failed,) [1] of the runs that failed, from 0."""
         return np.flatnonzero(self.failure.reshape(-1) != "")
 
-    @property
-    def design_dimensions(self) -> tuple[Dimension, ...]:
-        """Dimensions without those of seeds."""
-        return tuple(one for one in self.dimensions if not one.repeats)
-
     def attribute(self, name: str) -> str:
         """A text that the file carries; "" without."""
         return self.attributes.get(name, "")
 
-    def by_seeds(self, values: np.ndarray) -> np.ndarray:
-        """The `values` (n, …) of all runs [their unit], as (…, n_seeds) of each design."""
-        repeats = [k for k, one in enumerate(self.dimensions) if one.repeats]
-        rest = [k for k in range(len(self.dimensions)) if k not in repeats]
-        designs = tuple(self.shape[k] for k in rest)
-        return values.transpose((*rest, *repeats)).reshape((*designs, -1))
-
-    def designs(self, name: str) -> Designs:
+    def designs(self, name: str) -> Averaged:
         """Means of a quantity over seeds, with 95 % confidence."""
-        mean, width, missing = means_of_designs(self.by_seeds(self.numbers[name]))
-        return Designs(mean, width, np.where(self.by_seeds(self.is_run).any(axis=-1), missing, 0))
-
-    def label(self, run: int) -> str:
-        """The run in words, as ``peak_period 7.5, seed 2``."""
-        places = np.unravel_index(run, self.shape) if self.shape else ()
-        parts = [
-            f"{one.name} {one.labels[int(k)]}"
-            for one, k in zip(self.dimensions, places, strict=True)
-        ]
-        return ", ".join(parts) or "the run"
+        return averaged(self.grid.axes, self.numbers[name], self.grid.is_run)
 
 
 def load_study_result(path: Path) -> StudyResult:
@@ -173,32 +157,28 @@ def _of(path: Path, data: xarray.Dataset, record: StudyRecord) -> StudyResult:
     names = [str(name) for name in data["failure"].dims]
     wanted = [*record.wanted, *OF_RUNS]
     shape = data["failure"].shape
-    probability = None
-    if "probability" in data:
-        one = data["probability"]
-        probability = tuple(map(str, one.dims)), one.values
+    left = ~data["is_run"].values.astype(bool) if "is_run" in data else np.zeros(shape, bool)
+    axes = tuple(_axis(data, name, repeats=name in record.repeats) for name in names)
     return StudyResult(
         path=path,
         attributes={str(name): str(value) for name, value in data.attrs.items()},
         record=record,
-        dimensions=tuple(_dimensions(data, names, record.repeats)),
+        grid=Grid(axes, not_run=(NotRun(tuple(names), left, ""),)),
+        labels={
+            str(name): (unit_of(one), str(one.attrs.get("long_name", "")))
+            for name, one in data.coords.items()
+        },
         numbers={name: data[name].values.astype(float).reshape(shape) for name in wanted},
         units={name: unit_of(data[name]) for name in wanted},
         failure=data["failure"].values.astype(str).astype(object).reshape(shape),
-        is_run=data["is_run"].values.astype(bool) if "is_run" in data else np.ones(shape, bool),
-        probability=probability,
+        states=states_of(data),
         series=series_of(data, record.series, math.prod(shape)),
     )
 
 
-def _dimensions(
-    data: xarray.Dataset, names: Sequence[str], repeats: Sequence[str]
-) -> Iterator[Dimension]:
-    for name in names:
-        found = [str(c) for c in data.coords if data[c].dims == (name,)]
-        chosen = [c for c in found if c != name] or found
-        columns = tuple(
-            Column(c, unit_of(data[c]), str(data[c].attrs.get("long_name", "")), data[c].values)
-            for c in chosen
-        )
-        yield Dimension(name, data.sizes[name], columns, name in repeats)
+def _axis(data: xarray.Dataset, name: str, *, repeats: bool) -> Axis:
+    """A dimension of the file; the numbers of samples and cases are no quantity of them."""
+    found = [str(c) for c in data.coords if data[c].dims == (name,)]
+    chosen = [c for c in found if c != name] or found
+    points = zip(*(data[c].values.tolist() for c in chosen), strict=True)
+    return Axis(name, tuple(Varied(c, (c,)) for c in chosen), tuple(points), repeats=repeats)

@@ -7,8 +7,9 @@ from collections import Counter
 import numpy as np
 
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
-from m4e_fmi.study.report.result import Dimension, StudyResult
-from m4e_fmi.study.runs.start_up import left_out
+from m4e_fmi.study.given.grid import Axis
+from m4e_fmi.study.report.result import StudyResult
+from m4e_fmi.study.start_up import left_out
 
 MOST_TOLD = 20
 """Failed runs that the summary names."""
@@ -19,7 +20,7 @@ def summary(result: StudyResult, printed: str) -> str:
     parts = [paragraph(text)] if (text := result.attribute("comment")) else []
     failed = result.failed
     if len(failed):
-        parts.append(paragraph(f"{len(failed):,} of {result.count:,} runs failed.", "problem"))
+        parts.append(paragraph(f"{len(failed):,} of {result.grid.count:,} runs failed.", "problem"))
     parts += [facts(_facts(result)), _failures(result)]
     if warnings := lines(line.removeprefix("warning: ") for line in result.record.warnings):
         parts.append(f"<h3>Warnings</h3>{warnings}")
@@ -35,9 +36,9 @@ def _facts(result: StudyResult) -> dict[str, str]:
     wanted = ", ".join(f"{name} ({one.text})" for name, one in record.wanted.items())
     return {
         "Study": result.attribute("title"),
-        "Runs": f"{result.count:,}: {record.made:,} made, {record.kept:,} kept from before; "
+        "Runs": f"{result.grid.count:,}: {record.made:,} made, {record.kept:,} kept from before; "
         f"{failed or 'none'} failed",
-        "Varied": "; ".join(map(_varied, result.dimensions)),
+        "Varied": "; ".join(_varied(one, result) for one in result.grid.axes),
         "Wanted": wanted,
         "Statistics leave out": (
             left_out(result.numbers["start_up"], result.attribute("start_up")) if wanted else ""
@@ -49,13 +50,13 @@ def _facts(result: StudyResult) -> dict[str, str]:
     }
 
 
-def _varied(one: Dimension) -> str:
+def _varied(one: Axis, result: StudyResult) -> str:
     """A dimension in words."""
-    if not one.is_grid:
-        return f"{one.name}: {one.count:,} points of {', '.join(c.name for c in one.columns)}"
-    labels, unit = one.labels, one.columns[0].unit
-    span = labels[0] if one.count == 1 else f"{labels[0]} to {labels[-1]}"
-    many = f", {one.count:,} {'seeds' if one.repeats else 'values'}" if one.count > 1 else ""
+    if len(one.varied) > 1:
+        return f"{one.name}: {len(one):,} points of {', '.join(v.name for v in one.varied)}"
+    labels, (unit, _) = one.labels, result.labels[one.varied[0].name]
+    span = labels[0] if len(one) == 1 else f"{labels[0]} to {labels[-1]}"
+    many = f", {len(one):,} {'seeds' if one.repeats else 'values'}" if len(one) > 1 else ""
     return f"{one.name}: {f'{span} {unit}'.strip()}{many}"
 
 
@@ -65,7 +66,7 @@ def _coupling(result: StudyResult) -> str:
         return ""
     run = int(np.nanargmax(errors))
     at = f", at {result.record.coupling_at}" if result.record.coupling_at else ""
-    return f"{errors[run]:.1e} of range{at}, in the run of {result.label(run)}"
+    return f"{errors[run]:.1e} of range{at}, in the run of {result.grid.label(run)}"
 
 
 def _times(seconds: np.ndarray) -> str:
@@ -84,7 +85,7 @@ def _failures(result: StudyResult) -> str:
     if not len(failed):
         return ""
     reasons = result.failure.reshape(-1)
-    rows = [(result.label(int(run)), str(reasons[run])) for run in failed[:MOST_TOLD]]
+    rows = [(result.grid.label(int(run)), str(reasons[run])) for run in failed[:MOST_TOLD]]
     text = table("Runs without a result, and why", ("run", "reason"), rows, texts=2)
     if len(failed) > MOST_TOLD:
         counts = Counter(str(reasons[run]) for run in failed).most_common(MOST_TOLD)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.statistics.confidence import confidence_interval
 from m4e_fmi.study.given.grid import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
-from m4e_fmi.study.shown.averages import means_of_designs
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -27,11 +27,7 @@ LARGEST = {
 MOST_COMPARED = 6
 """Designs whose differences are told."""
 NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
-
-
-def has_mean_over_states(statistic: str) -> bool:
-    """True if the mean by probability tells a statistic of all states: not of an extreme."""
-    return statistic not in NO_MEAN
+"""Statistics of which the mean by probability does not tell that of all states."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +59,25 @@ class Averaged:
         )
 
 
+def _means_of_designs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean (…) and half-width (…) of `values` (…, n_seeds), in their unit, and missing ones [1].
+
+    The half-width is that of 95 % confidence by Student's t, nan for one seed. Values that are nan
+    are missing (…); the mean is over the others, nan if there are none.
+    """
+    missing = np.isnan(values).sum(axis=-1)
+    mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
+    for lacking in np.unique(missing):
+        left = values.shape[-1] - int(lacking)
+        if not left:
+            continue
+        alike = missing == lacking
+        rows = values[alike]
+        interval = confidence_interval(rows[~np.isnan(rows)].reshape(-1, left))
+        mean[alike], width[alike] = interval.mean, interval.half_width
+    return mean, width, missing
+
+
 def averaged(
     axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None
 ) -> Averaged:
@@ -75,7 +90,7 @@ def averaged(
     count = math.prod(len(axes[k]) for k in repeats)
     rest = [k for k in range(len(axes)) if k not in repeats]
     shape = (*(len(axis) for axis in designs), count)
-    mean, width, missing = means_of_designs(values.transpose((*rest, *repeats)).reshape(shape))
+    mean, width, missing = _means_of_designs(values.transpose((*rest, *repeats)).reshape(shape))
     if is_run is not None:
         some = is_run.transpose((*rest, *repeats)).reshape(shape).any(axis=-1)
         missing = np.where(some, missing, 0)

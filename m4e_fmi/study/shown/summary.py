@@ -11,9 +11,9 @@ from m4e_fmi.report.panels import aligned, scale_of
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.runs.start_up import left_out
 from m4e_fmi.study.shown.over_states import Averaged, averaged, differences, over_states, states_of
 from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
+from m4e_fmi.study.start_up import left_out
 
 MOST_ROWS = 40
 """Rows of a table."""
@@ -33,12 +33,13 @@ def summary(outcome: StudyOutcome) -> str:
     lines += [f"  {note}" for note in outcome.notes]
     lines += [f"  {study.grid.covered}"] if study.grid.covered else []
     if study.wanted:
-        lines += [f"  statistics leave out {_start_up(outcome)}"]
+        how = outcome.data.attrs["start_up"] if study.start_up is None else "as stated"
+        lines += [f"  statistics leave out {left_out(outcome.data['start_up'].values, how)}"]
         rows = outcome.data.attrs["rows"]
         lines += [f"  statistics are of rows {rows}: extremes between them are not seen"]
     for wanted in study.wanted:
         lines += ["", *_of(outcome, wanted)]
-    lines += ["", *_worst(outcome), *_failures(outcome), *_warnings(outcome)]
+    lines += ["", *_worst(outcome), *_failures(outcome), *warning_lines(outcome.warnings)]
     return "\n".join(lines).rstrip()
 
 
@@ -48,12 +49,6 @@ def _time(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s"
-
-
-def _start_up(outcome: StudyOutcome) -> str:
-    stated = outcome.study.start_up is not None
-    how = "as stated" if stated else outcome.data.attrs["start_up"]
-    return left_out(outcome.data["start_up"].values, how)
 
 
 def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
@@ -218,7 +213,3 @@ def _failures(outcome: StudyOutcome) -> Iterator[str]:
         yield f"  {outcome.study.grid.label(run)}: {why}"
     if len(outcome.failures) > MOST_TOLD:
         yield f"  … {len(outcome.failures) - MOST_TOLD} more: `failure` in the file"
-
-
-def _warnings(outcome: StudyOutcome) -> Iterator[str]:
-    yield from warning_lines(outcome.warnings)

@@ -1,4 +1,4 @@
-"""Studies of a system: what varied names stand for, versions of components, tasks for executors.
+"""Studies of a system: versions of components, their FMUs, tasks for executors.
 
-Start reading at `targets`, then `variants` (as few FMUs as possible), `plan` and `task`.
+Start reading at `plan`, then `variants` (as few FMUs as possible), `task` and `execution`.
 """

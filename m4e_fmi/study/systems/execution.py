@@ -27,7 +27,7 @@ from multiprocessing.process import BaseProcess
 from types import ModuleType
 
 from m4e_fmi.signals import Terminated
-from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.record import Record
 from m4e_fmi.study.systems.task import Task, perform
 
 AHEAD = 2

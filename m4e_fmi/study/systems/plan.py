@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import pickle
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
 from pathlib import Path
 
 from m4e_fmi.code_hash import code_hash, imports_hash
@@ -32,165 +33,141 @@ from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.document import Location
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
-from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
-from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.runs.start_up import check_start_up, ramp_of, start_up, within_ramp
-from m4e_fmi.study.systems.names import Named, changed
-from m4e_fmi.study.systems.targets import dotted
+from m4e_fmi.study.dataset import Labels
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.report.record import inputs_of
+from m4e_fmi.study.start_up import first_time, ramp_warnings
+from m4e_fmi.study.systems.execution import Perform
+from m4e_fmi.study.systems.names import changed, named_system
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
+from m4e_fmi.study.targets import KeyTarget, StartTarget, dotted
+from m4e_fmi.study.work import Batch, Work, rows_text
 
 Tell = Callable[[str], None]
+NO_TIME = ("algorithm", "tolerance", "coupling_tolerance")
+"""Settings that are no times."""
 
 
-@dataclass(frozen=True)
-class Versions:
-    """All versions of the components of a study whose sections change, by component."""
+class SystemPlan:
+    """The runs of a study of a system: versions of its components, their FMUs, and tasks.
 
-    named: Named
-    of: Mapping[str, Variants]
+    `variants` are the versions of the components whose section changes. Those of a `quick` plan are
+    of what is known without long computations: their FMUs cannot be built. FMUs are built in
+    `folder`; what runs share is in `blobs`.
 
-    def components(self, run: int) -> dict[str, tuple[int, Component]]:
-        """Every component of a run with its start values, and the number of its FMU."""
-        values = self.named.study.grid.values(run)
-        start = self.named.start(values)
-        found: dict[str, tuple[int, Component]] = {}
-        for component in self.named.system.components:
-            name, number, made = component.name, 0, component
-            own: dict[str, StartValue] = {**component.start, **start.get(name, {})}
-            if name in self.of:
-                variant = self._variant(name, values)
-                number, made, own = variant.build, variant.component, {**variant.start, **own}
-            found[name] = number, replace(made, start=own)
-        return found
+    InputError with all problems of names and values; if there are none, with those of sections.
+    """
+
+    def __init__(
+        self, study: Study, folder: Path, blobs: Path, tell: Tell, *, quick: bool = False
+    ) -> None:
+        self.named, self.of = named_system(study)
+        self.study, self.system = self.named.study, self.of.system
+        self.folder, self.blobs, self.tell = folder, blobs, tell
+        settings = (self.named.settings(study.grid.values(run)) for run in study.grid.runs)
+        distinct = {repr(one): one for one in settings}.values()
+        self._simulations = [changed(self.system, one).simulation for one in distinct]
+        for one in self._simulations if study.start_up is not None else ():
+            first_time(self.study, {}, one.start_time, one.stop_time)  # before FMUs are built
+        self.variants: dict[str, Variants] = {}
+        problems: list[Problem] = []
+        for component in self.system.components:
+            name = component.name
+            if keys := self.named.keys(name):
+                values = (self.study.grid.values(run) for run in self.study.grid.runs)
+                wanted = (tuple(one[key] for key in keys) for one in values)
+                make = partial(_expected if quick else drafted, self.system)
+                try:
+                    made = variants(self.system, name, [*keys.values()], wanted, make)
+                    self.variants[name] = made
+                except InputError as error:
+                    problems += error.problems
+        InputError.raise_for(dict.fromkeys(problems))
+        self._fmus: dict[tuple[str, int], ReadyFmu] = {}
+        self._prepared: dict[str, tuple[Prepared, Blob]] = {}
+        self._imports = lru_cache(maxsize=None)(imports_of)
+        self._of_all: dict[str, None] = {}  # warnings of all runs
+
+    @property
+    def _same(self) -> tuple[Component, ...]:
+        """The components whose section does not change."""
+        return tuple(c for c in self.system.components if c.name not in self.variants)
 
     def variant(self, name: str, run: int) -> Variant:
         """The version of a component whose section changes, in a run."""
-        return self._variant(name, self.named.study.grid.values(run))
+        values = self.study.grid.values(run)
+        return self.variants[name].of[tuple(values[key] for key in self.named.keys(name))]
 
-    def _variant(self, name: str, values: Mapping[str, Scalar]) -> Variant:
-        return self.of[name].of[tuple(values[key] for key in self.named.keys(name))]
-
-
-def versions(named: Named, *, quick: bool = False) -> Versions:
-    """The versions of all components whose section is varied; InputError for values refused.
-
-    `quick` ones are of what is known without long computations: their FMUs cannot be built.
-    """
-    grid, found = named.study.grid, dict[str, Variants]()
-    problems: list[Problem] = []
-    for component in named.changing:
-        keys = named.keys(component.name)
-        combinations = dict.fromkeys(
-            tuple(values[key] for key in keys) for values in map(grid.values, grid.runs)
-        )
-
-        def make(one: Component) -> Draft:
-            return _expected(named.system, one) if quick else drafted(named.system, one)
-
-        try:
-            found[component.name] = variants(
-                named.system, component.name, list(keys.values()), combinations, make
-            )
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(dict.fromkeys(problems))
-    return Versions(named, found)
-
-
-def _expected(system: System, component: Component) -> Draft:
-    """The draft of a component without long computations."""
-    source = component.source
-    if isinstance(source, Kind) and takes_long(source):
-        outline = kind_of(source.name).outline(source.config, folder=system.folder)
-        if outline is not None:
-            return Draft(outline, {})
-    return drafted(system, component)
-
-
-@dataclass
-class Plan:
-    """The FMUs of a study, built, and its tasks.
-
-    `warnings` are those of preparation and of FMUs, with the number of runs that have them.
-    """
-
-    versions: Versions
-    folder: Path
-    blobs: Path
-    tell: Tell
-    warnings: dict[str, int] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self._fmus: dict[tuple[str, int], ReadyFmu] = {}
-        self._prepared: dict[str, tuple[Prepared, Blob]] = {}
-        self._of_prepared: dict[str, None] = {}
-        self._files: dict[Path, Blob] = {}
-        self._imported: dict[Path, str] = {}
-        self._of_base: list[str] = []
-        self._early: list[float] = []  # ramps [s] that end after the start-up
-
-    @cached_property
-    def _base(self) -> dict[str, ReadyFmu]:
-        """The FMUs of the components whose section does not change."""
-        named = self.versions.named
-        same = tuple(c for c in named.system.components if c.name not in self.versions.of)
-        if not same:
-            return {}
-        if len(same) == len(named.system.components):
-            return ready_fmus(named.system, self.folder, tell=self._tell_of_base)
-        system = replace(named.system, components=same)
-        return ready_fmus(system, self.folder, tell=self._tell_of_base, drafts={})
+    def components(self, run: int) -> dict[str, tuple[int, Component]]:
+        """Every component of a run with its start values, and the number of its FMU."""
+        values = self.study.grid.values(run)
+        found: dict[str, tuple[int, Component]] = {}
+        for component in self.system.components:
+            name, number, made = component.name, 0, component
+            own: dict[str, StartValue] = dict(component.start)
+            if name in self.variants:
+                variant = self.variant(name, run)
+                number, made, own = variant.build, variant.component, {**variant.start, **own}
+            for key, target in self.named.starts.items():
+                if target.component == name:
+                    own[target.variable] = values[key]
+            found[name] = number, replace(made, start=own)
+        return found
 
     def build(self) -> None:
         """Build all FMUs that are not there yet."""
-        for name, fmu in self._base.items():
-            self._fmus[name, 0] = fmu
-        for name, one in self.versions.of.items():
+        if same := self._same:
+            drafts = None if len(same) == len(self.system.components) else {}
+            system = replace(self.system, components=same)
+            found = ready_fmus(system, self.folder, tell=self._tell_of_all, drafts=drafts)
+            self._fmus |= {(name, 0): fmu for name, fmu in found.items()}
+        for name, one in self.variants.items():
             for combination, variant in one.of.items():
                 for line in variant.warnings:
                     self.tell(f"{name}: {line} ({_values_text(one.keys, combination)})")
-            lines = _BuildLines(self.tell, name, one)
             for number in range(len(one.builds)):
                 draft = one.drafts.pop(number, None)
-                fmus = ready_fmus(
+                found = ready_fmus(
                     self.part(name, number),
                     self._variants_folder,
-                    tell=partial(lines.tell, number),
+                    tell=partial(self._tell_of_one, one, number),
                     drafts={name: draft} if draft else {},
                 )
-                self._fmus[name, number] = fmus[name]
-            lines.end()
+                self._fmus[name, number] = found[name]
 
-    def _tell_of_base(self, line: str) -> None:
+    def _tell_of_all(self, line: str) -> None:
         """Tell a line of the build of a component that does not change."""
         if line.partition(": ")[2].startswith(WARNING):
-            self._of_base.append(_warning(line))
+            self._of_all[_warning(line)] = None
         self.tell(line)
+
+    def _tell_of_one(self, one: Variants, number: int, line: str) -> None:
+        """Tell lines of the first build of a component, and one of each other."""
+        text = line.partition(": ")[2]
+        if number and text.startswith("building"):
+            self.tell(f"{one.name}: building FMUs, {number + 1} of {len(one.builds)}")
+        elif not number and not text.startswith(WARNING):  # those are of sections
+            self.tell(f"{line} ({of_keys(one, number)})")
 
     @property
     def _variants_folder(self) -> Path:
-        return self.folder / f"{file_stem(self.versions.named.system.name)}.variants"
+        return self.folder / f"{file_stem(self.system.name)}.variants"
 
     def part(self, name: str, number: int) -> System:
         """A version of a component as a system of its own, which its FMU is built from."""
-        one = self.versions.of[name]
+        one = self.variants[name]
         build = one.builds[number]
         same = repr((one.keys, build.of, build.component))
-        return replace(
-            self.versions.named.system,
-            name=f"{name}_{_short(same)}",
-            components=(replace(build.component, start={}),),
-        )
+        short = hashlib.sha256(same.encode("utf-8", "replace")).hexdigest()[:12]
+        parts = (replace(build.component, start={}),)
+        return replace(self.system, name=f"{name}_{short}", components=parts)
 
     def missing(self) -> list[str]:
         """FMUs that would be built, in words."""
-        system = self.versions.named.system
-        same = tuple(c for c in system.components if c.name not in self.versions.of)
-        found = list(missing_fmus(replace(system, components=same), self.folder))
-        for name, one in self.versions.of.items():
+        found = list(missing_fmus(replace(self.system, components=self._same), self.folder))
+        for name, one in self.variants.items():
             found += [
                 f"{name} ({of_keys(one, number)})"
                 for number in range(len(one.builds))
@@ -198,42 +175,69 @@ class Plan:
             ]
         return found
 
-    def tasks(self) -> dict[int, Task]:
-        """The task of each run by its number, in order; the FMUs have been built."""
-        runs = self.versions.named.study.grid.runs
-        tasks = {run: self.task(run) for run in runs}
-        found = Counter[str](dict.fromkeys([*self._of_base, *self._of_prepared], len(runs)))
-        for name, one in self.versions.of.items():
+    def work(self, perform: Perform) -> Work:
+        """The runs, which `perform` makes; FMUs are built."""
+        study, runs = self.study, self.study.grid.runs
+        inputs = inputs_of(study)
+        self.build()
+        ramping: list[Mapping[str, float]] = []
+        tasks = {run: self.task(run, ramping) for run in runs}
+        warnings = Counter[str](dict.fromkeys(self._of_all, len(runs)))
+        for name, one in self.variants.items():
             if any(variant.warnings for variant in one.of.values()):
                 for run in runs:
-                    variant = self.versions.variant(name, run)
-                    found.update(_warning(f"{name}: {line}") for line in variant.warnings)
-        if self._early:
-            stated = self.versions.named.study.start_up
-            found[within_ramp(stated or 0.0, max(self._early))] = len(self._early)
-        self.warnings = dict(found)
-        return tasks
+                    told = self.variant(name, run).warnings
+                    warnings.update(_warning(f"{name}: {line}") for line in told)
+        points = range(study.grid.size)
 
-    def task(self, run: int) -> Task:
-        """The task of run number `run`, from 0."""
-        named = self.versions.named
-        study = named.study
-        components = self.versions.components(run)
-        settings = named.settings(study.grid.values(run))
-        system = replace(
-            changed(named.system, settings),
-            components=tuple(component for _, component in components.values()),
+        def records(missing: Sequence[int]) -> Generator[Batch]:
+            for run, record in perform((run, tasks[run]) for run in missing):
+                yield {run: record}
+
+        return Work(
+            study=study,
+            keys=[tasks[run].key if run in tasks else "" for run in points],
+            start_up=[tasks[run].start_up if run in tasks else math.nan for run in points],
+            labels=self._labels(),
+            inputs=inputs,
+            warnings={**warnings, **ramp_warnings(study, ramping)},
+            notes=(),
+            records=records,
+            rows=rows_text([one.output_interval for one in self._simulations]),
         )
+
+    def _labels(self) -> Labels:
+        """Units and descriptions of what is varied and of wanted variables."""
+        varied: dict[str, tuple[str, str]] = {}
+        for name, target in self.named.targets.items():
+            if isinstance(target, StartTarget):
+                varied[name] = target.unit, target.text
+            elif isinstance(target, KeyTarget):
+                one = self.variants[target.component]
+                varied[name] = one.labels.get(one.keys.index(target.keys), ("", ""))
+            elif target.key not in NO_TIME:
+                varied[name] = "s", f"{target.key} of the simulation"
+        names = (*(w.variable for w in self.study.wanted), *self.study.series)
+        found = {name: self.of.variable(name) for name in names}
+        return Labels(varied, {n: (v.unit, v.description) for n, v in found.items()})
+
+    def task(self, run: int, ramping: list[Mapping[str, float]]) -> Task:
+        """The task of run number `run`, from 0; adds the ramps [s] of its seas to `ramping`.
+
+        The FMUs have been built. InputError if no row of it counts.
+        """
+        study, components = self.study, self.components(run)
+        settings = self.named.settings(study.grid.values(run))
+        parts = tuple(component for _, component in components.values())
+        system = replace(changed(self.system, settings), components=parts)
         numbers = {name: number for name, (number, _) in components.items()}
         prepared, blob = self._prepared_for(system, numbers)
-        own = replace(prepared, system=replace(prepared.system, components=system.components))
         stop = system.simulation.stop_time
-        own = replace(own, system=own.system.changed(stop_time=stop))
-        first = self.start_up(own)
-        starts = {c.name: dict(c.start) for c in system.components}
-        fmus = {name: self._file(d.path, d) for name, d in prepared.descriptions.items()}
+        own = replace(prepared.system, components=parts).changed(stop_time=stop)
+        ramping.append(ramps(own, prepared.descriptions))
+        first = first_time(study, ramping[-1], own.simulation.start_time, stop)
         same = {
-            **identity(own, certify=study.coupling_error),
+            **identity(replace(prepared, system=own), certify=study.coupling_error),
             "code": code_hash(),
             "imports": {n: self._imports(d.path) for n, d in prepared.descriptions.items()},
             "stop_time": repr(stop),
@@ -244,8 +248,11 @@ class Plan:
         return Task(
             key=key.hexdigest(),
             prepared=blob,
-            fmus=fmus,
-            start=starts,
+            fmus={
+                name: Blob(d.content, d.path.name, d.path.absolute())
+                for name, d in prepared.descriptions.items()
+            },
+            start={c.name: dict(c.start) for c in parts},
             stop_time=stop,
             wanted=study.wanted,
             series=study.series,
@@ -253,38 +260,28 @@ class Plan:
             certify=study.coupling_error,
         )
 
-    def start_up(self, prepared: Prepared) -> float:
-        """The time [s] from which on the rows of a run count; InputError if none does."""
-        study = self.versions.named.study
-        starts = ramps(prepared.system, prepared.descriptions)
-        times = prepared.system.simulation
-        if study.start_up is not None and study.start_up < ramp_of(starts.items()):
-            self._early.append(ramp_of(starts.items()))
-        first = start_up(study.start_up, times.start_time, starts)
-        check_start_up(study, first, times.stop_time)
-        return first
-
     def _prepared_for(self, system: System, numbers: Mapping[str, int]) -> tuple[Prepared, Blob]:
         """A prepared system with these FMUs and settings, and its blob.
 
-        It is that of whatever start values, but for those that give arrays their size.
+        It is that of whatever start values, but for those that give arrays their size, and of
+        whatever stop time.
         """
         fmus = {name: self._fmus[name, number] for name, number in numbers.items()}
         key = repr((
             {name: str(fmu.path) for name, fmu in fmus.items()},
             [self._sizes(component) for component in system.components],
             [(c.step_size, dict(c.dependencies), c.process, c.limits) for c in system.components],
-            _but_stop_time(system),
+            {**vars(system.simulation), "stop_time": None},
         ))  # fmt: skip
         if key not in self._prepared:
             made = prepare(system, build_directory=self.folder, fmus=fmus)
-            self._of_prepared |= dict.fromkeys(made.warnings)
+            self._of_all |= dict.fromkeys(made.warnings)
             self._prepared[key] = made, self._blob(made)
         return self._prepared[key]
 
     def _sizes(self, component: Component) -> dict[str, StartValue]:
         """The start values of structural parameters (FMI 3.0)."""
-        known = self.versions.named.descriptions.get(component.name)
+        known = self.of.descriptions.get(component.name)
         variables = known.variables if known else {}
         return {
             name: value
@@ -302,47 +299,15 @@ class Plan:
             part.write_bytes(data)
         return Blob(content, path.name, path.absolute())
 
-    def _imports(self, fmu: Path) -> str:
-        """Hash of what the Python code in an FMU imports from outside of it."""
-        if fmu not in self._imported:
-            self._imported[fmu] = imports_of(fmu)
-        return self._imported[fmu]
 
-    def _file(self, path: Path, description: Description) -> Blob:
-        if path not in self._files:
-            self._files[path] = Blob(description.content, path.name, path.absolute())
-        return self._files[path]
-
-
-class _BuildLines:
-    """Lines on the builds of one component: all of the first, then how many there are.
-
-    Warnings are none of them: they are those of sections, which may share an FMU.
-    """
-
-    def __init__(self, tell: Tell, name: str, one: Variants) -> None:
-        self._tell, self._name, self._one = tell, name, one
-        self._first = self._last = -1
-
-    def tell(self, number: int, line: str) -> None:
-        """Tell a line on the FMU of a `number`, if it is new."""
-        if line.partition(": ")[2].startswith(WARNING):
-            return
-        if self._first < 0:
-            self._first = number
-        if number == self._first:
-            self._tell(f"{line} ({of_keys(self._one, number)})")
-        elif number != self._last:
-            self._count(number)
-
-    def end(self) -> None:
-        """End the line that counts."""
-        if 0 <= self._last < len(self._one.builds) - 1:
-            self._count(len(self._one.builds) - 1)
-
-    def _count(self, number: int) -> None:
-        self._last = number
-        self._tell(f"{self._name}: building FMUs, {number + 1} of {len(self._one.builds)}")
+def _expected(system: System, component: Component) -> Draft:
+    """The draft of a component without long computations."""
+    source = component.source
+    if isinstance(source, Kind) and takes_long(source):
+        outline = kind_of(source.name).outline(source.config, folder=system.folder)
+        if outline is not None:
+            return Draft(outline, {})
+    return drafted(system, component)
 
 
 def _warning(line: str) -> str:
@@ -364,11 +329,6 @@ def imports_of(fmu: Path) -> str:
     return imports_hash(sources, {word for file in files for word in (*file.parts, file.stem)})
 
 
-def _but_stop_time(system: System) -> dict[str, object]:
-    """The settings of a system's simulation without the stop time: prepared ones share any."""
-    return {**vars(system.simulation), "stop_time": None}
-
-
 def of_keys(one: Variants, number: int) -> str:
     """The values of its keys that a version of a component was made for."""
     return _values_text(one.keys, one.builds[number].of)
@@ -377,7 +337,3 @@ def of_keys(one: Variants, number: int) -> str:
 def _values_text(keys: Sequence[Location], values: Combination) -> str:
     pairs = zip(keys, values, strict=True)
     return ", ".join(f"{dotted(key)} {value}" for key, value in pairs)
-
-
-def _short(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:12]

@@ -14,8 +14,8 @@ import shutil
 import time as clock
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 from pathlib import Path
 
 from m4e_fmi.cosim.error.report import CouplingErrorReport
@@ -28,8 +28,7 @@ from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
-from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.statistics_of import computed
+from m4e_fmi.study.record import Record, record_of
 from m4e_fmi.threads import ONE_RUN
 
 RESULTS = "run.nc"
@@ -79,7 +78,7 @@ def _performed(task: Task) -> Record:
     began = clock.perf_counter()
     warnings: list[str] = []
     try:
-        prepared = _prepared(task, _place())
+        prepared = _prepared(task)
         with TemporaryFolder(_memory()) as folder:
             record = _run(task, prepared, folder / RESULTS, warnings)
     except RunError as error:
@@ -124,17 +123,10 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
     outcome = run.outcome
     assert outcome is not None
     found = load(results)
-    values = {name: found[name].values.astype(float)[None] for name in names}
-    numbers, reasons = computed(task.wanted, found.time, values, task.start_up)
+    values = {name: found[name].values.astype(float) for name in names}
+    record = record_of(task.wanted, task.series, found.time, values, task.start_up)
     error, source = coupling_error_of(outcome.certificate)
-    return Record(
-        values={name: float(number[0]) for name, number in numbers.items()},
-        time=found.time,
-        series={name: values[name][0] for name in task.series},
-        coupling_error=error,
-        coupling_at=source,
-        undefined={name: reason[0] for name, reason in reasons.items() if reason[0]},
-    )
+    return replace(record, coupling_error=error, coupling_at=source)
 
 
 def coupling_error_of(certificate: CouplingErrorReport | str) -> tuple[float, str]:
@@ -144,10 +136,10 @@ def coupling_error_of(certificate: CouplingErrorReport | str) -> tuple[float, st
     return float(certificate.worst.error), str(certificate.worst.source)
 
 
-def _prepared(task: Task, place: _Place) -> Prepared:
+def _prepared(task: Task) -> Prepared:
     """The system of a task, with its own start values and settings."""
-    fmus = tuple((name, str(place.file(blob))) for name, blob in task.fmus.items())
-    prepared = _unpacked(place.file(task.prepared), fmus)
+    fmus = tuple((name, str(_file(blob))) for name, blob in task.fmus.items())
+    prepared = _unpacked(_file(task.prepared), fmus)
     system = prepared.system.changed(origin="study", stop_time=task.stop_time)
     components = tuple(
         replace(c, start=dict(task.start[c.name])) if c.name in task.start else c
@@ -165,26 +157,20 @@ def _unpacked(file: Path, fmus: tuple[tuple[str, str], ...]) -> Prepared:
     return replace(prepared, descriptions=found)
 
 
-@dataclass
-class _Place:
-    """Contents that a worker has, in a folder of its own that goes with its process."""
-
-    folder: TemporaryFolder = field(default_factory=TemporaryFolder)
-    known: dict[str, Path] = field(default_factory=dict)
-
-    def file(self, blob: Blob) -> Path:
-        """The file of a content, brought here once; RunError if it is another one by now."""
-        if blob.content not in self.known:
-            data = blob.path.read_bytes()
-            if hashlib.sha256(data).hexdigest() != blob.content:
-                raise RunError(f"{blob.path}: it has changed since the study began", "run again")
-            folder = self.folder.path / blob.content[:16]
-            folder.mkdir(exist_ok=True)
-            (folder / blob.name).write_bytes(data)
-            self.known[blob.content] = folder / blob.name
-        return self.known[blob.content]
-
-
 @lru_cache(maxsize=1)
-def _place() -> _Place:
-    return _Place()
+def _folder() -> TemporaryFolder:
+    """A folder of this process, which goes with it."""
+    return TemporaryFolder()
+
+
+@cache
+def _file(blob: Blob) -> Path:
+    """The file of a content, brought here once; RunError if it is another one by now."""
+    data = blob.path.read_bytes()
+    if hashlib.sha256(data).hexdigest() != blob.content:
+        raise RunError(f"{blob.path}: it has changed since the study began", "run again")
+    file = _folder().path / blob.content[:16] / blob.name
+    if not file.exists():
+        file.parent.mkdir(exist_ok=True)
+        file.write_bytes(data)
+    return file

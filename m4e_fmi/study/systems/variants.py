@@ -20,7 +20,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Location
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.systems.targets import dotted, with_values
+from m4e_fmi.study.targets import dotted, with_values
 
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
@@ -85,123 +85,77 @@ def variants(
     `make` drafts a component. The draft of every combination is compared with those before it:
     nothing is concluded from other values. InputError with all values that its section refuses.
     """
-    sections = _Sections(system, name, tuple(keys), make)
     problems: dict[Problem, Problem] = {}
     builds: list[Build] = []
     drafts: dict[int, Draft] = {}
-    by_code: dict[str, list[int]] = {}
+    by_code: dict[str, int] = {}
     of: dict[Combination, Variant] = {}
-    labels = [_Label(key) for key in keys]
+    alike: list[dict[str, Variable] | None] = [None] * len(keys)
     for one in dict.fromkeys(combinations):
         try:
-            made, draft = sections.build(one)
+            component = _with_keys(system, name, dict(zip(keys, one, strict=True)))
+            draft = make(component)
         except InputError as error:
-            for problem in error.problems:
-                problems.setdefault(problem, sections.with_values(problem, one))
+            told = ", ".join(f"{dotted(k)} = {v}" for k, v in zip(keys, one, strict=True))
+            for found in error.problems:
+                problem = system.located(name, found)
+                told_of = replace(problem, message=f"{problem.message} (with {told})")
+                problems.setdefault(problem, told_of)
             continue
-        for label, value in zip(labels, one, strict=True):
-            label.narrow(_program(draft), value)
-        alike = by_code.setdefault(code_of(made, _program(draft)), [])
-        started = ((n, _started(builds[n], made)) for n in alike)
-        number, start = next(((n, s) for n, s in started if s is not None), (len(builds), {}))
+        program = draft.made if isinstance(draft.made, Program) else None
+        made = Build(component, one, starts_of(program) if program else None)
+        alike = [_of_value(program, v, old) for v, old in zip(one, alike, strict=True)]
+        number = by_code.setdefault(_code_of(made, program), len(builds))
         if number == len(builds):
             builds.append(made)
-            alike.append(number)
-            if number < MOST_DRAFTS or made.variables is None:
+            if number < MOST_DRAFTS or program is None:
                 drafts[number] = draft
         warnings = tuple(line for line in draft.lines if line.startswith(WARNING))
-        of[one] = Variant(number, made.component, start, warnings)
-    if problems:
-        raise InputError(problems.values())
-    told = {k: found for k, label in enumerate(labels) if (found := label.found)}
-    return Variants(name, tuple(keys), tuple(builds), of, told, drafts)
+        of[one] = Variant(number, component, _started(builds[number], made), warnings)
+    InputError.raise_for(problems.values())
+    labels = dict[int, tuple[str, str]]()
+    for k, key in enumerate(keys):
+        known, vary = alike[k] or {}, len({one[k] for one in of}) > 1
+        same = [v for v in known.values() if v.name.rpartition(".")[2] == str(key[-1])]
+        if len(alone := same or ([*known.values()] if vary else [])) == 1:
+            labels[k] = alone[0].unit, alone[0].description.partition(",")[0]
+    return Variants(name, tuple(keys), tuple(builds), of, labels, drafts)
 
 
-class _Sections:
-    """Sections of one component, with other values at some keys."""
-
-    def __init__(self, system: System, name: str, keys: tuple[Location, ...], make: Make) -> None:
-        assert system.document is not None
-        self._system, self._document = system, system.document
-        self._name, self._keys, self._make = name, keys, make
-        self._section = self._document.data["components"][name]
-
-    def build(self, values: Combination) -> tuple[Build, Draft]:
-        """The component with these values, and its draft; InputError if they are refused."""
-        try:
-            section = with_values(self._section, dict(zip(self._keys, values, strict=True)))
-        except ValueError as error:
-            raise InputError.single(f"{self._name}: {error}") from None
-        components = {**self._document.data["components"], self._name: section}
-        document = self._document.with_data({**self._document.data, "components": components})
-        component = read_component(document, self._name)
-        try:
-            draft = self._make(component)
-        except InputError as error:
-            raise InputError(self._system.located(self._name, p) for p in error.problems) from None
-        program = _program(draft)
-        variables = (*program.parameters, *program.states, *program.inputs) if program else None
-        return Build(component, values, variables), draft
-
-    def with_values(self, problem: Problem, values: Combination) -> Problem:
-        """The problem with the values that lead to it in its message."""
-        told = ", ".join(
-            f"{dotted(key)} = {value}" for key, value in zip(self._keys, values, strict=True)
-        )
-        return replace(problem, message=f"{problem.message} (with {told})")
+def _with_keys(system: System, name: str, values: Mapping[Location, object]) -> Component:
+    """The component `name` with other values of keys of its section."""
+    document = system.document
+    assert document is not None
+    components = document.data["components"]
+    try:
+        section = with_values(components[name], values)
+    except ValueError as error:
+        raise InputError.single(f"{name}: {error}") from None
+    data = {**document.data, "components": {**components, name: section}}
+    return read_component(document.with_data(data), name)
 
 
-class _Label:
-    """Unit and description of a key: those of the parameter that has its value in all programs."""
-
-    def __init__(self, key: Location) -> None:
-        self._last = str(key[-1])
-        self._values: set[Scalar] = set()
-        self._known: dict[str, Variable] | None = None
-
-    def narrow(self, program: Program | None, value: Scalar) -> None:
-        """Keep the parameters that have this `value` of the key, too."""
-        self._values.add(value)
-        parameters = program.parameters if program and not isinstance(value, bool | str) else ()
-        same = {v.name: v for v in parameters if v.start == value}
-        if self._known is not None:
-            same = {name: v for name, v in self._known.items() if name in same}
-        self._known = same
-
-    @property
-    def found(self) -> tuple[str, str] | None:
-        """Unit and description; None if no parameter, or more than one, may be meant.
-
-        A value that does not vary says nothing if the parameter has another name, or if it is 0.
-        """
-        known = self._known or {}
-        named = [v for v in known.values() if v.name.rpartition(".")[2] == self._last]
-        alone = named or [*known.values()]
-        if len(alone) != 1 or (len(self._values) < 2 and (not named or self._values == {0})):
-            return None
-        return alone[0].unit, alone[0].description.partition(",")[0]
+def _of_value(
+    program: Program | None, value: Scalar, known: Mapping[str, Variable] | None
+) -> dict[str, Variable]:
+    """Parameters of a program that have the `value`; of those that are `known`, if any are."""
+    parameters = program.parameters if program and not isinstance(value, bool | str) else ()
+    same = {v.name: v for v in parameters if v.start == value}
+    return same if known is None else {n: v for n, v in known.items() if n in same}
 
 
-def _program(draft: Draft) -> Program | None:
-    """The program of a draft; None of Python code."""
-    return draft.made if isinstance(draft.made, Program) else None
+def _started(built: Build, wanted: Build) -> dict[str, float]:
+    """Start values with which `built` is what `wanted` would be."""
+    pairs = zip(built.variables or (), wanted.variables or (), strict=True)
+    return {new.name: new.start for old, new in pairs if repr(new.start) != repr(old.start)}
 
 
-def _started(built: Build, wanted: Build) -> dict[str, float] | None:
-    """Start values with which `built` is what `wanted` would be; None if its FMU refuses them."""
-    if built.variables is None or wanted.variables is None:
-        return None
-    found: dict[str, float] = {}
-    for old, new in zip(built.variables, wanted.variables, strict=True):
-        if new.start == old.start:
-            continue
-        if not old.minimum <= new.start <= old.maximum:
-            return None
-        found[old.name] = new.start
-    return found
+def starts_of(program: Program) -> tuple[Variable, ...]:
+    """All variables of a program that have a start value: parameters, inputs, states."""
+    return (*program.parameters, *program.inputs, *program.states)
 
 
-def code_of(build: Build, program: Program | None) -> str:
+def _code_of(build: Build, program: Program | None) -> str:
     """Hash of what the FMU computes: a program without its start values, or Python code with all.
 
     Programs with one hash have the same variables and operations in the same order.

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 from support.small_study import Here, written_study
 
-from m4e_fmi.cosim import load_system
 from m4e_fmi.study import load_study, run_study
-from m4e_fmi.study.systems.names import named
+from m4e_fmi.study.systems.names import named_system
 
 Said = Callable[..., str]
 STUDY = """\
@@ -95,7 +94,7 @@ def test_a_dry_run_of_a_system_tells_how_many_runs_are_kept(said: Said) -> None:
 def test_names_of_the_example_stand_for_something() -> None:
     study = load_study(EXAMPLE)
     assert study.grid.shape == (6, 8, 5)
-    found = named(study, load_system(study.source))
+    found, _ = named_system(study)
     assert [str(target) for target in found.targets.values()] == [
         f"the key waves.{key} of the section of hydro"
         for key in ("significant_height", "peak_period", "seed")

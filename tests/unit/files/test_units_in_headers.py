@@ -25,7 +25,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
 from m4e_fmi.results.compared_file import read_measured
 from m4e_fmi.study.given.study import read_study
-from m4e_fmi.study.programs.names import named_program
+from m4e_fmi.study.programs.names import program_runs
 from m4e_fmus.table.config import Config
 from m4e_fmus.table.rows import read_rows
 
@@ -151,7 +151,7 @@ def points(folder: Path, text: str) -> np.ndarray:
     study, problems = read_study(folder / "s.yaml")
     if study is None or problems:
         raise InputError(problems)
-    axes = named_program(study, tell=print).study.grid.axes
+    axes = program_runs(study, tell=print).named.study.grid.axes
     return np.concatenate([np.ravel(axis.points) for axis in axes])
 
 

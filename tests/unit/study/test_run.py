@@ -18,8 +18,7 @@ from support.small_study import SYSTEM, Here, written_study
 import m4e_fmi
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.study import StudyOutcome, load_study, run_study
-from m4e_fmi.study.systems.names import named
-from m4e_fmi.study.systems.plan import Plan, versions
+from m4e_fmi.study.systems.plan import SystemPlan
 from m4e_fmi.study.systems.task import Blob, perform
 
 STUDY = """\
@@ -124,11 +123,9 @@ def test_processes_give_the_same_bits(tmp_path: Path) -> None:
 
 def test_a_worker_takes_no_other_file_than_that_of_the_plan(tmp_path: Path) -> None:
     study = load_study(written_study(tmp_path, STUDY))
-    plan = Plan(
-        versions(named(study, m4e_fmi.load_system(study.source))), tmp_path, tmp_path, print
-    )
+    plan = SystemPlan(study, tmp_path, tmp_path, print)
     plan.build()
-    task = plan.task(0)
+    task = plan.task(0, [])
     other = tmp_path / "other.fmu"
     other.write_bytes(b"another one")
     for path, why in ((other, "it has changed since the study began"), (tmp_path / "x", "x")):

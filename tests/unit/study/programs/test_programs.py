@@ -14,7 +14,7 @@ from support.small_study import written_study
 
 from m4e_fmi.runtime.engine import Engine
 from m4e_fmi.study import StudyOutcome, run_study
-from m4e_fmi.study.programs import plan
+from m4e_fmi.study.programs import chunks
 from m4e_fmi.study.programs.chunks import in_threads
 
 STUDY = """\
@@ -45,7 +45,7 @@ def test_a_compiled_ensemble_has_the_same_bits(
         return compiled[-1]
 
     monkeypatch.setattr(Engine, "compile", noted)
-    monkeypatch.setattr(plan, "COMPILING_PAYS", 0.0)
+    monkeypatch.setattr(chunks, "COMPILING_PAYS", 0.0)
     second = made(path, jobs=1, fresh=True)
     assert set(compiled) == {True}  # after the first part, which shows how long they take
     for name in ("swing", "push"):

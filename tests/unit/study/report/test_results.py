@@ -31,12 +31,12 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.study.dataset import Labels, dataset, write_dataset
 from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.study import Study, Wanted
+from m4e_fmi.study.record import Record
 from m4e_fmi.study.report.annual import _annual_row, annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.report.result import load_study_result
 from m4e_fmi.study.report.summary import summary
-from m4e_fmi.study.runs.record import Record
 
 YEAR = 8766.0 * 3600.0
 

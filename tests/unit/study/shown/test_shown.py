@@ -94,7 +94,7 @@ def test_states_that_do_not_occur_are_not_run(tmp_path: Path) -> None:
     assert not {"warning", "failed"} & set(lines.split())
     assert plot_study(outcome, tmp_path / "p.png").is_file()
     found = load_study_result(output)
-    assert (found.count, found.record.made, len(found.failed)) == (6, 6, 0)
+    assert (found.grid.count, found.record.made, len(found.failed)) == (6, 6, 0)
     assert found.designs("swing").missing.sum() == 0
     every = made(tmp_path, text.replace("hinge.u}", "hinge.u, run_all: true}"))
     assert every.kept == 6

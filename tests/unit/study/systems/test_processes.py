@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from m4e_fmi.signals import ending_cleanly
-from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.record import Record
 from m4e_fmi.study.systems import execution
 from m4e_fmi.study.systems.task import Blob, Task
 

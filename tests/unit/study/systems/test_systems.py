@@ -24,7 +24,7 @@ from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.program import Program
 from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.given.study import Wanted
-from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.record import Record
 from m4e_fmi.study.systems.task import Blob, Task, coupling_error_of, perform
 from m4e_fmi.study.systems.variants import MOST_DRAFTS, Combination, Variants, variants
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from m4e_fmi.cosim.system.component import Kind, kind_of
-from m4e_fmi.cosim.system.simulation import CHECKPOINTS, SETTINGS
+from m4e_fmi.cosim.system.component import Component, Kind, kind_of
 from m4e_fmi.cosim.system.start_values import is_settable
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import Problem, suggestion
-from m4e_fmi.files.document import Document, Location
+from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.files.document import Location
 from m4e_fmi.files.sections import keys_at, types_at
 from m4e_fmi.fmu import Description
 
@@ -55,6 +54,11 @@ class StartTarget:
     text: str = ""
     is_real: bool = True
 
+    @property
+    def whole(self) -> str:
+        """The name of the variable with its component."""
+        return f"{self.component}.{self.variable}" if self.component else self.variable
+
     def __str__(self) -> str:
         unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
         return f"the start value {self.variable}{unit}"
@@ -65,64 +69,34 @@ Target = SettingTarget | KeyTarget | StartTarget
 Targets = Mapping[str, Target]
 
 
-def targets_of(
-    names: Iterable[tuple[str, Location]],
-    system: System,
-    descriptions: Mapping[str, Description],
-    document: Document,
-    problems: list[Problem],
-) -> dict[str, Target]:
-    """Meaning of each of the dotted names that have one; adds the others to `problems`.
+def system_target(system: System, descriptions: Mapping[str, Description], name: str) -> Target:
+    """Meaning of the dotted `name` in a system; InputError if it has none.
 
     A key that the component's section has comes before a start value of that name, and that before
-    a key which the section could have. `document` is the study's, for the places of `names`.
+    a key which the section could have.
     """
-    found: dict[str, Target] = {}
-    components = {component.name: component for component in system.components}
-    for name, location in names:
-        first, _, rest = name.partition(".")
-        if first == SIMULATION:
-            known = [key for key in SETTINGS if key not in CHECKPOINTS]
-            if rest in known:
-                found[name] = SettingTarget(rest)
-            else:
-                message = f"{name}: there is no setting {rest!r}"
-                remedy = suggestion(rest, known, "settings")
-                problems.append(document.problem(location, message, remedy))
-            continue
-        if first not in components:
-            message = f"{name}: there is no component {first!r}"
-            remedy = suggestion(first, [*components, SIMULATION], "components")
-            problems.append(document.problem(location, message, remedy))
-            continue
-        target = _of_component(system, first, rest, descriptions.get(first))
-        if target is None:
-            remedy = suggestion(rest, _known(system, first, descriptions.get(first)), "names")
-            message = f"{name}: {first} has no key and no start value {rest!r}"
-            problems.append(document.problem(location, message, remedy))
-        else:
-            found[name] = target
-    return found
-
-
-def _of_component(
-    system: System, component: str, rest: str, description: Description | None
-) -> Target | None:
-    """Meaning of `rest` for a component; None if it has none."""
-    keys = location_of(rest)
-    variables = description.variables if description else {}
+    component, _, rest = name.partition(".")
+    sections = {c.name: c for c in system.components}
+    if component not in sections:
+        remedy = suggestion(component, [*sections, SIMULATION], "components")
+        raise InputError.single(f"{name}: there is no component {component!r}", remedy)
+    found = descriptions.get(component)
+    keys, variables = location_of(rest), found.variables if found else {}
     if rest.startswith("start.") and rest.removeprefix("start.") in variables:
         rest, keys = rest.removeprefix("start."), ()
     data = system.document.data["components"][component] if system.document else {}
     if keys and is_there(data, keys) and keys[0] not in FIXED:
         return KeyTarget(component, keys)
-    if rest in variables and is_settable(variables[rest]):
-        variable = variables[rest]
-        is_real = variable.type == "Real"
-        return StartTarget(component, rest, variable.unit, variable.description, is_real)
-    if keys and _could_be(system, component, keys):
+    settable = {n: v for n, v in variables.items() if is_settable(v)}
+    if rest in settable:
+        one = settable[rest]
+        return StartTarget(component, rest, one.unit, one.description, one.type == "Real")
+    if keys and system.document and _could_be(sections[component], keys):
         return KeyTarget(component, keys)
-    return None
+    known = [n for n in _leaves(data) if location_of(n)[0] not in FIXED] if data else []
+    remedy = suggestion(rest, dict.fromkeys([*settable, *known]), "names")
+    message = f"{name}: {component} has no key and no start value {rest!r}"
+    raise InputError.single(message, remedy)
 
 
 def location_of(text: str) -> Location:
@@ -149,24 +123,13 @@ def is_there(data: object, keys: Location) -> bool:
     return not isinstance(data, (dict, list))
 
 
-def _could_be(system: System, component: str, keys: Location) -> bool:
+def _could_be(component: Component, keys: Location) -> bool:
     """True of a key that the component's kind knows, though the file leaves it out."""
-    (one,) = (c for c in system.components if c.name == component)
-    if not isinstance(one.source, Kind) or system.document is None:
+    if not isinstance(component.source, Kind):
         return False
-    config = kind_of(one.source.name).config
+    config = kind_of(component.source.name).config
     *above, last = keys
     return str(last) in keys_at(config, tuple(above)) and bool(types_at(config, keys))
-
-
-def _known(system: System, component: str, description: Description | None) -> list[str]:
-    """Names that could be meant."""
-    variables = description.variables if description else {}
-    found = [name for name, variable in variables.items() if is_settable(variable)]
-    if system.document is not None:
-        leaves = _leaves(system.document.data["components"][component])
-        found += [name for name in leaves if location_of(name)[0] not in FIXED]
-    return list(dict.fromkeys(found))
 
 
 def _leaves(data: object, prefix: str = "") -> list[str]:
@@ -188,22 +151,11 @@ def with_values(data: Data, values: Mapping[Location, object]) -> Data:
     """
     result = copy.deepcopy(data)
     for location, value in values.items():
-        _set(result, location, location, value)
+        at: Any = result
+        try:
+            for key in location[:-1]:
+                at = at.setdefault(key, {}) if isinstance(at, dict) else at[key]
+            at[location[-1]] = value
+        except (IndexError, TypeError):
+            raise ValueError(f"{'.'.join(map(str, location))} leads through a value") from None
     return result
-
-
-def _set(data: object, rest: Location, whole: Location, value: object) -> None:
-    """Set the value at the location `rest` of nested data, which is the end of the `whole`."""
-    first, *further = rest
-    if isinstance(data, dict):
-        if further:
-            _set(data.setdefault(first, {}), tuple(further), whole, value)
-        else:
-            data[first] = value
-    elif isinstance(data, list) and isinstance(first, int) and first < len(data):
-        if further:
-            _set(data[first], tuple(further), whole, value)
-        else:
-            data[first] = value
-    else:
-        raise ValueError(f"{'.'.join(map(str, whole))} leads through a value")
