@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +12,8 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficient_files.from_file import coefficients_from_file
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
-from m4e_adapters.hydrodynamics.doubts import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.drift.bodies import drifts_and_problems
-from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, without_flow
-from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
+from m4e_adapters.hydrodynamics.flow.bem import excited_by, moving_hulls, solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.flow.gap_lid import damped_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies
@@ -31,10 +29,65 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 )
 from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_doubts
 from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
+
+LENGTHS = (0.01, 1000.0)  # [m] of hulls
+BODIES_APART = 1000.0  # length of a hull over that of the shortest
+WAVES_APART = 100.0  # length of a hull over that of the waves
+UNSTABLE = -1e-3  # metacentric height over the size of a body, beyond the panels' noise
+
+
+def size_doubts(
+    hulls: Sequence[Hull], config: HydrodynamicsConfig, systems: Sequence[WaveSystem]
+) -> Iterator[str]:
+    """Hulls of sizes that no hull has, or none beside the others or in these waves; a line each."""
+    lengths = {hull.name: float(np.ptp(hull.panels.vertices, axis=0).max()) for hull in hulls}
+    shortest = min(lengths, key=lambda name: lengths[name])
+    waves = min((system.length for system in systems), default=math.inf)
+    for name, length in lengths.items():
+        told = f"the hull of body {name!r} measures {length:.4g} m"
+        if config.bodies[name].shape.mesh is not None:
+            remedy = "a mesh is in m; one in mm has 'scale: 0.001'"
+        else:
+            remedy = "lengths are in m"
+        if not LENGTHS[0] <= length <= LENGTHS[1]:
+            yield f"{told}, hulls have {LENGTHS[0]:g} to {LENGTHS[1]:g} m: {remedy}"
+        elif length > BODIES_APART * lengths[shortest]:
+            yield f"{told}, that of {shortest!r} {lengths[shortest]:.4g} m: {remedy}"
+        elif length > WAVES_APART * waves:
+            yield f"{told}, the waves are {waves:.4g} m long: {remedy}"
+
+
+def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
+    """Hulls that capsize if they float freely; a line each."""
+    for hull in hulls:
+        if hull.fixed:
+            continue
+        volume = hull.hydrostatics.volume
+        heights = {"pitch": hull.hydrostatics.metacentric_height(hull.center)}
+        if len(hull.center) == 3:
+            heights["roll"] = hull.hydrostatics.transverse_metacentric_height(hull.center)
+        for motion, height in heights.items():
+            if height >= UNSTABLE * math.cbrt(volume):
+                continue
+            stiffness = water.density * water.gravity * volume * height
+            yield (
+                f"body {hull.name!r} is unstable in {motion}, with a stiffness of {stiffness:.4g} "
+                f"N.m/rad, weight included (GM = {height:.3g} m): floating freely it capsizes: "
+                "lower center_of_gravity"
+            )
+
+
+def flow_doubts(config: HydrodynamicsConfig) -> Iterator[str]:
+    """A current beside waves, or one that acts on nothing; a line each."""
+    yield from current_doubts(config.current, has_waves=bool(wave_sections(config.waves)))
+    if config.current is not None and not config.feels_current:
+        yield "the current acts on nothing: no body has drag in moving water (drag: {surge: …})"
+
 
 MOST_BEYOND = 2.0  # frequencies that a response is asked for, over those of the memory
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these

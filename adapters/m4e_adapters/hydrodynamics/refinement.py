@@ -298,3 +298,31 @@ def _of_equal_length(harmonics: Sequence[np.ndarray]) -> np.ndarray:
         inner = slice(most - common, most + common + 1)
         result[k, :, inner] = found[:, own - common : own + common + 1]
     return result
+
+
+def refinement_json(study: Refinement) -> dict[str, object]:
+    """Panels of the meshes, and a row for each coefficient; the limit's tables in SI."""
+    rows = [
+        {
+            "quantity": row.quantity,
+            "motions": row.motions,
+            "largest": row.largest,
+            "errors": list(row.errors),
+            "error_of_limit": row.remaining,
+            "order": None if math.isnan(row.order) else row.order,
+        }
+        for row in study.rows()
+    ]
+    limit = study.limit
+    return {
+        "panels": list(study.panels),
+        "highest_frequency": study.highest,
+        "rows": rows,
+        "motions": list(limit.motions),
+        "omega": limit.omega.tolist(),
+        "added_mass": limit.added_mass.tolist(),
+        "radiation_damping": limit.radiation_damping.tolist(),
+        "added_mass_inf": limit.added_mass_inf.tolist(),
+        "excitation_real": np.real(limit.excitation).tolist(),
+        "excitation_imaginary": np.imag(limit.excitation).tolist(),
+    }

@@ -25,7 +25,7 @@ from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.report.animation.shown import Shown
 
-TRAVELS = ("clipped_surface.py", "hull_load.py", "hull_outputs.py", "incident_waves.py")
+TRAVELS = ("hull_load.py", "hull_outputs.py")
 MANY = 5000  # triangles of a hull, from which its cost is told
 
 __all__ = ["Config", "make"]

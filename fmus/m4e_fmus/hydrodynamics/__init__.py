@@ -13,8 +13,7 @@ from m4e_adapters.hydrodynamics.build import (
 from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, hydrodynamic_data
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
-from m4e_adapters.hydrodynamics.refinement import refinement
-from m4e_adapters.hydrodynamics.refinement_report import refinement_json
+from m4e_adapters.hydrodynamics.refinement import refinement, refinement_json
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.shown import shown
 from m4e_adapters.hydrodynamics.stability_report import (

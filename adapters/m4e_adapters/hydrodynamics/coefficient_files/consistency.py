@@ -7,6 +7,14 @@
   (J. N. Newman, "Marine Hydrodynamics", 1977, chapter 6), where the directions go all around.
 - Long waves: the heave excitation is the hydrostatic stiffness, and that in surge the inertia of
   the displaced water and the added mass in the acceleration of the wave, 90 deg before the crest.
+
+Added mass at infinite frequency from A(ω) and B(ω), by Ogilvie's relation.
+
+    A∞ = A(ω) + (2/π) PV ∫₀^∞ B(u)/(ω² − u²) du
+
+(T. F. Ogilvie, "Recent progress toward the understanding and prediction of ship motions", 5th
+Symposium on Naval Hydrodynamics, 1964.) B is taken as linear between its frequencies, from 0 at
+ω = 0, and as falling by ω⁻³ beyond them.
 """
 
 from __future__ import annotations

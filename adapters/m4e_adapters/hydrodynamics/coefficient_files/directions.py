@@ -1,4 +1,9 @@
-"""Wave directions of a file: all around, by symmetry of the data, or just those that it has."""
+"""Wave directions of a file: all around, by symmetry of the data, or just those that it has.
+
+Symmetry that the data of a file have: planes of reflection, bodies of revolution.
+
+What it forbids is noise of the panels, and made exactly 0, as of computed coefficients.
+"""
 
 from __future__ import annotations
 

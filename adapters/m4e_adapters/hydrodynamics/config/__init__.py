@@ -4,14 +4,12 @@ Lengths in m, angles in degrees where said, everything else SI. The reference po
 one it floats in at rest: world frame, z = 0 the still-water level. Start reading in `component`.
 """
 
-from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
-from m4e_adapters.hydrodynamics.config.current import Current, current_problems
-from m4e_adapters.hydrodynamics.config.drag import Drag
-from m4e_adapters.hydrodynamics.config.drift import Drift
+from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig, keys_without_effect
 from m4e_adapters.hydrodynamics.config.sections import (
     Body,
     BodyPoint,
+    Drag,
+    Drift,
     Frequencies,
     GapLid,
     Loads,
@@ -31,6 +29,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
     AnyWaves,
     Component,
     ComponentWaves,
+    Current,
     Jonswap,
     PiersonMoskowitz,
     Record,
@@ -41,6 +40,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
     Tma,
     Waves,
     WaveSection,
+    current_problems,
     wave_sections,
 )
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
-from typing import Annotated, Literal
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config.current import Current, current_problems
-from m4e_adapters.hydrodynamics.config.drag import drag_beyond_the_plane
-from m4e_adapters.hydrodynamics.config.numbers import Finite, Positive
-from m4e_adapters.hydrodynamics.config.places import OF_SPACE, misplaced, out_of_plane
+from m4e_adapters.hydrodynamics.config.numbers import Finite, Place, Positive
 from m4e_adapters.hydrodynamics.config.sections import (
     NAME,
     Body,
@@ -21,10 +18,75 @@ from m4e_adapters.hydrodynamics.config.sections import (
     Loads,
     Radiation,
     Water,
+    drag_beyond_the_plane,
 )
-from m4e_adapters.hydrodynamics.config.waves import Still, Waves, wave_sections
-from m4e_fmi.errors import suggestion
+from m4e_adapters.hydrodynamics.config.shapes import Part, Shape
+from m4e_adapters.hydrodynamics.config.waves import (
+    Current,
+    Still,
+    Waves,
+    current_problems,
+    wave_sections,
+    waves_beyond_the_plane,
+)
+from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.document import Section, rejected_at
+
+OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
+
+
+class Placed(Protocol):
+    """A body that has places."""
+
+    @property
+    def shape(self) -> Shape: ...
+
+    @property
+    def center_of_gravity(self) -> Place: ...
+
+
+def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErrorDetails]:
+    """Places of `bodies` that do not have as many coordinates as `dimensions` says."""
+    axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
+    for name, body in bodies.items():
+        drift = body.drift if isinstance(body, Body) else None
+        given: dict[tuple[str | int, ...], Place | None] = {
+            ("drift", "reference_point"): drift.reference_point if drift else None,
+            ("reference_point",): body.reference_point if isinstance(body, Body) else None,
+            ("weight_at",): body.weight_at if isinstance(body, Body) else None,
+        }
+        for keys, part in _parts(body.shape):
+            given[(*keys, "mesh_origin")] = part.mesh_origin
+        if body.center_of_gravity:
+            given["center_of_gravity",] = body.center_of_gravity
+        for keys, place in given.items():
+            if place is None or len(place) == dimensions:
+                continue
+            text = f"'{keys[-1]}' has {len(place)} coordinates, expected {axes}"
+            remedy = f"write {axes}; numbers have a decimal point"
+            if dimensions == 2:
+                remedy += ", and places in space need 'dimensions: 3'"
+            yield rejected_at(("bodies", name, *keys), text, remedy)
+
+
+def _parts(shape: Shape) -> Iterator[tuple[tuple[str | int, ...], Part]]:
+    """The shape itself, or the parts of its union, and the way to each."""
+    if shape.union is None:
+        yield ("shape",), shape
+        return
+    yield from ((("shape", "union", k), part) for k, part in enumerate(shape.union))
+
+
+def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
+    """Directions and places that leave the X-Z plane; parts of unions may be aside in pairs."""
+    for place, message, advice in waves_beyond_the_plane(waves):
+        yield rejected_at(("waves", *place), message, advice)
+    for name, body in bodies.items():
+        kind = body.shape.kind
+        if getattr(getattr(body.shape, kind, None), "center_y", 0.0):
+            place = ("bodies", name, "shape", kind, "center_y")
+            yield rejected_at(place, "'center_y' leaves the X-Z plane", OF_SPACE)
+
 
 OWN_NAMES = ("wave", "current", "heading")
 """First parts of names of variables that are of no body."""
@@ -207,3 +269,26 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
             yield rejected_at(
                 ("bodies", name, "drag", *keys), f"'{keys[-1]}' is of space", OF_SPACE
             )
+
+
+def keys_without_effect(config: HydrodynamicsConfig) -> Iterator[Problem]:
+    """A problem for each key of a body that its other keys leave without effect."""
+    for name, body in config.bodies.items():
+        for keys, message, remedy in _without_effect(body):
+            yield Problem(message, remedy, keys=("bodies", name, *keys))
+
+
+def _without_effect(body: Body) -> Iterator[tuple[tuple[str, ...], str, str]]:
+    """Place, message and remedy of each."""
+    if body.shape.mesh is not None and "panels" in body.model_fields_set:
+        remedy = "remove it, or refine the mesh itself"
+        yield ("panels",), "'panels' has no effect on a mesh file", remedy
+    if not body.fixed:
+        return
+    for key in ("center_of_gravity", "drag", "drift"):
+        if key in body.model_fields_set:
+            text = f"'{key}' has no effect on a fixed body"
+            yield (key,), text, "remove it, or remove 'fixed'"
+    if body.shape.frame != "world":
+        text = "a fixed body has no centre of gravity that 'frame: body' could be about"
+        yield ("shape", "frame"), text, "remove it and give mesh_origin"

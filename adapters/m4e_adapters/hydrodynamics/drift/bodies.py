@@ -18,8 +18,8 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift
 from m4e_adapters.hydrodynamics.geometry.motions import X_Y_PAIRS, Motion
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.motions import Motions
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Recorder
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, keys_without_effect
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
-from m4e_adapters.hydrodynamics.geometry.bed import off_the_bed, on_the_bed
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
 from m4e_adapters.hydrodynamics.geometry.clearance import (
     ROOM,
@@ -23,26 +22,32 @@ from m4e_adapters.hydrodynamics.geometry.clearance import (
     overlap,
     reaching,
 )
-from m4e_adapters.hydrodynamics.geometry.contact import REMEDY, SlidingError, common_walls
+from m4e_adapters.hydrodynamics.geometry.contact import (
+    REMEDY,
+    SlidingError,
+    common_walls,
+    off_the_bed,
+    on_the_bed,
+)
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
     Hydrostatics,
     hydrostatics_of,
     hydrostatics_of_triangles,
 )
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
+from m4e_adapters.hydrodynamics.geometry.mesh_files import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
+from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels, opened
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,
+    horizontal_cylinder_panels,
     revolved_panels,
     sphere_hydrostatics,
     sphere_panels,
 )
-from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels
-from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels, opened
-from m4e_adapters.hydrodynamics.geometry.unions.solids import (
+from m4e_adapters.hydrodynamics.geometry.solids import (
     below_the_water,
     is_symmetric,
     union_of,

@@ -14,12 +14,12 @@ from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sp
 from m4e_adapters.hydrodynamics.geometry.checks import check_edges
 from m4e_adapters.hydrodynamics.geometry.clearance import overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
+from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, revolved_panels, sphere_panels
-from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels
-from m4e_adapters.hydrodynamics.geometry.unions.solids import union_of
+from m4e_adapters.hydrodynamics.geometry.solids import union_of
 from m4e_adapters.hydrodynamics.pressure.config import HullBody, HullPressureConfig
 from m4e_fmi.errors import InputError, Problem
 

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import ValidationError
 
+from m4e_adapters.hydrodynamics.config.component import misplaced, out_of_plane
 from m4e_adapters.hydrodynamics.config.numbers import Place
-from m4e_adapters.hydrodynamics.config.places import misplaced, out_of_plane
 from m4e_adapters.hydrodynamics.config.sections import NAME, Water
 from m4e_adapters.hydrodynamics.config.shapes import Box, Cylinder, Part, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves

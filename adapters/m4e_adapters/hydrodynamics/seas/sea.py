@@ -12,9 +12,13 @@ from dataclasses import dataclass, field
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow, Triple
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import (
+    Number,
+    RecordedFlow,
+    RecordedWaves,
+    Triple,
+)
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
 

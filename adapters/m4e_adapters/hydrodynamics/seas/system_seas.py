@@ -11,12 +11,11 @@ from typing import Protocol
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Current, Water
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number
-from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights, wave_doubts
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem, breaking_heights, wave_doubts
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
 from m4e_adapters.hydrodynamics.seas.water.moving_water import MOVED
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.errors import InputError

@@ -18,7 +18,6 @@ from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.sea import (
     ELEVATION_INPUT,
     HullsInSea,
@@ -28,7 +27,7 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
-from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves, Triple
 from m4e_fmi.program import Recorder, Variable
 
 

@@ -8,8 +8,8 @@ import pytest
 from support.hulls import configured, hulls
 
 from m4e_adapters.hydrodynamics import build
+from m4e_adapters.hydrodynamics.build import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.doubts import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 

@@ -20,15 +20,15 @@ from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.config.shapes import Box, Cylinder, Part, Shape
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, check_edges, place
 from m4e_adapters.hydrodynamics.geometry.lid import loops, waterline
+from m4e_adapters.hydrodynamics.geometry.mesh_files import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     Placed,
+    horizontal_cylinder_panels,
     shifted,
     sphere_panels,
     turned,
 )
-from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
