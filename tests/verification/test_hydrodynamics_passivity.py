@@ -22,9 +22,9 @@ from support.published_coefficients import (
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.memory import group_fit, soundness
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
-from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
 
 SOURCES: dict[str, Callable[[], Coefficients]] = {"sphere": sphere, "flap": flap, "rm3": rm3}

@@ -192,7 +192,7 @@ def similar_hulls(
     meshes = []
     for finer in parts:
         hulls = [
-            make_hull(name, body, folder, depth=depth, finer=finer, progress=_silent)
+            make_hull(name, body, folder, depth=depth, finer=finer, progress=lambda _: None)
             for name, body in bodies.items()
         ]
         hulls, problems = sliding_hulls(hulls, bodies)
@@ -203,10 +203,6 @@ def similar_hulls(
 
 def _count(hulls: Sequence[Hull]) -> int:
     return sum(len(hull.panels.faces) for hull in hulls)
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def study(panels: Sequence[int], meshes: Sequence[Coefficients]) -> Refinement:

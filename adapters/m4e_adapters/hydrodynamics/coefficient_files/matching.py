@@ -17,7 +17,7 @@ from m4e_adapters.hydrodynamics.coefficient_files.file_data import (
 )
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import Problem
 
 SAME_WATER = 1e-3  # relative difference of water properties that is none
 SAME_PLACE = 1e-6  # m
@@ -219,9 +219,3 @@ def lever_arms(bodies: Sequence[MatchedBody]) -> np.ndarray:
 def places_in_file(bodies: Sequence[MatchedBody]) -> np.ndarray:
     """Where the motions of the bodies are in the file, (6N,), indices."""
     return np.concatenate([np.arange(SIX) + SIX * body.number for body in bodies])
-
-
-def raise_all(problems: Sequence[Problem]) -> None:
-    """InputError with all problems, if there are any."""
-    if problems:
-        raise InputError(dict.fromkeys(problems))

@@ -4,7 +4,7 @@ Lengths in m, angles in degrees where said, everything else SI. The reference po
 one it floats in at rest: world frame, z = 0 the still-water level. Start reading in `component`.
 """
 
-from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig, keys_without_effect
+from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.config.sections import (
     Body,
     BodyPoint,
@@ -77,6 +77,5 @@ __all__ = [
     "WaveSection",
     "Waves",
     "current_problems",
-    "keys_without_effect",
     "wave_sections",
 ]

@@ -46,7 +46,7 @@ class LinearDrag(Section):
     yaw: NotNegative = 0.0
 
 
-class Drag(Section):
+class Drag(LinearDrag):
     """Quadratic drag F = −c |v| v at the centre of gravity, and `linear` drag −c v.
 
     `surge`, `sway`, `heave` in N/(m/s)2, `roll`, `pitch`, `yaw` in N.m/(rad/s)2. Default 0: none.
@@ -56,12 +56,6 @@ class Drag(Section):
     is a current, otherwise still.
     """
 
-    surge: NotNegative = 0.0
-    sway: NotNegative = 0.0
-    heave: NotNegative = 0.0
-    roll: NotNegative = 0.0
-    pitch: NotNegative = 0.0
-    yaw: NotNegative = 0.0
     linear: LinearDrag = LinearDrag()
     water: Literal["still", "moving"] | None = None
 
@@ -70,18 +64,6 @@ class Drag(Section):
         """True of drag in a horizontal motion, in moving water."""
         slows = any((self.surge, self.sway, self.linear.surge, self.linear.sway))
         return slows and self.water != "still"
-
-
-OF_SPACE = ("sway", "roll", "yaw")
-
-
-def drag_beyond_the_plane(drag: Drag) -> list[tuple[str, ...]]:
-    """Keys of motions that are of space."""
-    found: list[tuple[str, ...]] = []
-    for motion in OF_SPACE:
-        found += [(motion,)] if motion in drag.model_fields_set else []
-        found += [("linear", motion)] if motion in drag.linear.model_fields_set else []
-    return found
 
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"

@@ -2,7 +2,7 @@
 
     F = Σ λ |Σ_i r_i a_i u_i e^{−iθ_i}|²        r_i the ramp, θ_i at the point that phases are of
 
-with the u of `factors`: for mean drift √D and √−D, for full QTFs the factors between which they are
+with the u below: for mean drift √D and √−D, for full QTFs the factors between which they are
 linear. A force costs 4 operations of each wave and sign of its mean drift in a step, or 8 of each
 wave and factor; the factors a u depend on parameters only.
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, keys_without_effect
+from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
 from m4e_adapters.hydrodynamics.geometry.clearance import (
@@ -96,16 +96,7 @@ def make_hulls(
     config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
 ) -> tuple[Hull, ...]:
     """The hulls of all bodies in the order of the file; InputError with all problems."""
-    hulls, problems = hulls_and_problems(config, folder, progress=progress)
-    InputError.raise_for(problems)
-    return tuple(hulls)
-
-
-def hulls_and_problems(
-    config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
-) -> tuple[list[Hull], list[Problem]]:
-    """The hulls of those bodies that can have one, and the problems of all."""
-    hulls, problems = [], [*keys_without_effect(config)]
+    hulls, problems = list[Hull](), list[Problem]()
     depth = config.water.depth
     for name, body in config.bodies.items():
         try:
@@ -123,7 +114,8 @@ def hulls_and_problems(
         near = (found for first in others if (found := _too_near(first, second, progress)))
         if (found := next(near, None)) is not None:
             problems.append(Problem(*found, keys=keys))
-    return hulls, problems
+    InputError.raise_for(problems)
+    return tuple(hulls)
 
 
 def _slide(first: Hull, second: Hull, bodies: Mapping[str, Body]) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
-from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_fmi.program import Recorder, Scalar, Variable
 
 

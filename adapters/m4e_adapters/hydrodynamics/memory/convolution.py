@@ -14,10 +14,8 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory import soundness
-from m4e_adapters.hydrodynamics.memory.group_data import GroupData
-from m4e_adapters.hydrodynamics.memory.group_fit import DISAGREE
+from m4e_adapters.hydrodynamics.memory.group_fit import DISAGREE, GroupData, MemoryGroup, Misfit
 from m4e_adapters.hydrodynamics.memory.kernel import Kernel, projected, quadrature, responses
-from m4e_adapters.hydrodynamics.memory.radiation_group import MemoryGroup, Misfit
 from m4e_adapters.hydrodynamics.memory.reach import Reach
 from m4e_adapters.hydrodynamics.memory.vector_fitting import Complex
 from m4e_fmi.errors import InputError

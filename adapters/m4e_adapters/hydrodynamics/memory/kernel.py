@@ -25,7 +25,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 
-from m4e_adapters.hydrodynamics.memory.group_data import GroupData
+from m4e_adapters.hydrodynamics.memory.group_fit import GroupData
 
 NODES = 16  # of Gauss in each piece of an integral
 PHASE = 10.0  # rad that a wave has in such a piece, at most

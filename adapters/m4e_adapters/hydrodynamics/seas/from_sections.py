@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TypedDict
@@ -18,9 +18,9 @@ from m4e_adapters.hydrodynamics.config.waves import (
     Record,
     Regular,
     SpectrumTable,
+    Still,
     Tma,
     WaveSection,
-    wave_sections,
 )
 from m4e_adapters.hydrodynamics.seas.systems import (
     FEWEST,
@@ -131,10 +131,6 @@ def _time(record: Samples, row: int) -> float:
     return record.start + row * record.interval
 
 
-Band = tuple[float, float]
-ANY: Band = (0.0, math.inf)
-
-
 class _Common(TypedDict):
     """Fields of every system."""
 
@@ -146,19 +142,19 @@ class _Common(TypedDict):
 
 
 def wave_systems(
-    waves: AnyWaves,
+    waves: AnyWaves | Sequence[WaveSystem],
     *,
     depth: float,
     gravity: float,
     folder: Path = Path(),
-    band: Band = ANY,
 ) -> tuple[WaveSystem, ...]:
     """The systems of `waves` in water of `depth` [m], none if it is still; files are in `folder`.
 
-    `band` [rad/s] is where the period of a regular wave may be changed to. InputError with all
-    problems of the sections and their files.
+    Systems that are made already stay. InputError with all problems of the sections and their
+    files.
     """
-    sections = wave_sections(waves)
+    every = waves if isinstance(waves, Sequence) else (waves,)
+    sections = [section for section in every if not isinstance(section, Still)]
     several = len(sections) > 1
     found: list[WaveSystem] = []
     problems: list[Problem] = []
@@ -171,19 +167,21 @@ def wave_systems(
             gravity=gravity,
         )
         try:
-            found.append(_system(section, common, folder, band))
+            found.append(_system(section, common, folder))
         except InputError as error:
             problems += error.problems
     InputError.raise_for(problems)
     return tuple(found)
 
 
-def _system(section: WaveSection, common: _Common, folder: Path, band: Band) -> WaveSystem:
+def _system(section: WaveSection | WaveSystem, common: _Common, folder: Path) -> WaveSystem:
     match section:
+        case WaveSystem():
+            return section
         case Jonswap() | PiersonMoskowitz():
             return _spectral(section, common)
         case Regular():
-            return _regular(section, common, band)
+            return _regular(section, common)
         case SpectrumTable():
             return _table(section, common, folder)
         case ComponentWaves():
@@ -192,17 +190,14 @@ def _system(section: WaveSection, common: _Common, folder: Path, band: Band) -> 
             return _record(section, common, folder)
 
 
-def _regular(section: Regular, common: _Common, band: Band) -> RegularWave:
-    low, high = band
-    longest = max(section.period, 2 * math.pi / low) if low else math.inf
+def _regular(section: Regular, common: _Common) -> RegularWave:
     return RegularWave(
         **common,
         omega=np.array([2 * math.pi / section.period]),
         phases=np.array([section.phase]),
         offsets=np.zeros(1),
         height=section.height,
-        shortest=min(section.period, max(FEWEST, 2 * math.pi / high)),
-        longest=longest,
+        shortest=min(section.period, FEWEST),
     )
 
 

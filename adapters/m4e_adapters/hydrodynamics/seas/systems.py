@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -152,6 +152,11 @@ class WaveSystem(ABC):
         """Lines on what is done with a file."""
         return ()
 
+    def within(self, low: float, high: float) -> WaveSystem:
+        """The system where forces are known from `low` to `high` [rad/s] only."""
+        del low, high
+        return self
+
     @property
     def _as_regular(self) -> bool:
         return self.regular
@@ -266,6 +271,11 @@ class RegularWave(WaveSystem):
         """Its height [m] and period [s], of `values` by name."""
         height = values.get(f"{self.name}.height", self.height)
         return [(height, values.get(f"{self.name}.period", self.period))]
+
+    def within(self, low: float, high: float) -> RegularWave:
+        """The wave with a period that stays where forces are known, or as it is."""
+        shortest = min(self.period, max(FEWEST, 2 * math.pi / high))
+        return replace(self, shortest=shortest, longest=max(self.period, 2 * math.pi / low))
 
     def _own(self, ask: Ask) -> tuple[Sequence[Number], Sequence[Number]]:
         text = "height of the regular wave"

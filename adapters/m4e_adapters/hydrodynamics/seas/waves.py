@@ -22,7 +22,7 @@ Smith (1963) is in proportion to cos^2s(Δ/2).
 Spectra other than JONSWAP in deep water, and components of a record.
 
 A spectrum given as a table is linear between its rows; a component of its sea has the energy of its
-part of the frequency axis exactly. Parts are chosen as those of `waves.part_edges`.
+part of the frequency axis exactly. Parts are chosen as those of `part_edges`.
 """
 
 from __future__ import annotations

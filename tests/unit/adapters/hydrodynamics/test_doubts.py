@@ -54,7 +54,7 @@ def test_a_build_tells_doubts_and_hydrostatics_before_it_computes(
     assert told[-1] == "computed"
     assert (
         "body 'float': displaces 144 m3, neutral mass 147600 kg; centre of buoyancy at x = 0, "
-        "z = -1.5 m; waterplane 48 m2, GM 1.28 m" in told
+        "z = -1.5 m; waterplane 48 m2, GM 1.28 m; lowest point 3 m below the water" in told[-2]
     )
 
 
