@@ -333,7 +333,7 @@ def test_a_small_body_does_not_vouch_for_the_frequencies_of_a_large_one() -> Non
         fit_radiation(two_spheres(every=4))
     (problem,) = caught.value.problems
     assert "body 'large': 7 of the 14 frequencies are up to 1.486 rad/s" in problem.message
-    assert problem.remedy == "use a frequencies.count of 16 or more"
+    assert problem.remedy.startswith("use a frequencies.count of 16 or more")
     assert problem.keys == ("frequencies", "count")
     assert (np.linspace(2.8 / 16, 2.8, 16) <= 1.486).sum() == 8
 

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import (
-    Cylinder,
     HydrodynamicsConfig,
     Revolved,
     Shape,
@@ -28,13 +27,15 @@ from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hulls
 from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels
-from m4e_adapters.hydrodynamics.geometry.shapes import revolved_panels, sphere_panels
+from m4e_adapters.hydrodynamics.geometry.shapes import sphere_panels
 from m4e_adapters.hydrodynamics.geometry.solids import (
     box_to,
     ends_are_known,
     raised,
     triangles_of,
     union_of,
+    upright,
+    whole_revolved,
 )
 from m4e_adapters.hydrodynamics.geometry.stability import (
     HEEL,
@@ -61,7 +62,7 @@ def whole_shape(shape: Shape, panels: int) -> Panels | None:
     if shape.box is not None and shape.box.freeboard is not None:
         return box_to(shape.box, shape.box.freeboard)
     if shape.cylinder is not None and shape.cylinder.freeboard is not None:
-        return _cylinder(shape.cylinder, shape.cylinder.freeboard, panels)
+        return _revolved(upright(shape.cylinder, shape.cylinder.freeboard), panels)
     return None
 
 
@@ -89,14 +90,7 @@ def _sphere(shape: Sphere, panels: int) -> Panels:
 def _revolved(shape: Revolved, panels: int) -> Panels:
     heights = [z for _, z in shape.profile]
     depth = max(heights) + BELOW * (max(heights) - min(heights))
-    profile = tuple((radius, z - depth) for radius, z in shape.profile)
-    return raised(revolved_panels(shape.model_copy(update={"profile": profile}), panels), depth)
-
-
-def _cylinder(shape: Cylinder, freeboard: float, panels: int) -> Panels:
-    profile = ((shape.radius, -shape.draft), (shape.radius, freeboard))
-    x, y = shape.center_x, shape.center_y
-    return _revolved(Revolved(profile=profile, center_x=x, center_y=y), panels)
+    return whole_revolved(shape, panels, depth)
 
 
 def solid_inertia(triangles: np.ndarray, center: Sequence[float]) -> np.ndarray:
@@ -156,9 +150,12 @@ class Stability:
 
 
 def stability_of(config: HydrodynamicsConfig, folder: Path) -> list[Stability]:
-    """Stability of all bodies; InputError for meshes that do not bound a volume in the water."""
+    """Stability of all bodies that move.
+
+    InputError for meshes that do not bound a volume in the water.
+    """
     hulls = make_hulls(config, folder, progress=lambda _: None)
-    return [_stability(hull, _whole(hull, config, folder)) for hull in hulls]
+    return [_stability(hull, _whole(hull, config, folder)) for hull in hulls if not hull.fixed]
 
 
 def _whole(hull: Hull, config: HydrodynamicsConfig, folder: Path) -> Panels | None:

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
-from m4e_adapters.hydrodynamics.build import (
-    check_config,
-    program_from_config,
-    program_in_waves,
-)
+import numpy as np
+
+from m4e_adapters.hydrodynamics.build import check_config as check
+from m4e_adapters.hydrodynamics.build import program_from_config as make
+from m4e_adapters.hydrodynamics.build import program_in_waves as make_in_waves
 from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, hydrodynamic_data
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
+from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.refinement import refinement, refinement_json
-from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
-from m4e_adapters.hydrodynamics.shown import shown
+from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.hydrodynamics.stability_report import (
     stability_of,
     stability_text,
 )
-from m4e_fmi.program import Program
-from m4e_fmi.report.animation.shown import Shown
+from m4e_fmi.report.animation.shown import Shown, ShownHull
 from m4e_fmi.report.drawing.space.hulls import Hull
 
 __all__ = [
@@ -38,45 +39,35 @@ Config = HydrodynamicsConfig
 TAKES_LONG = True
 
 
-def check(config: HydrodynamicsConfig, *, folder: Path) -> Program:
-    """The variables of the FMU, in a program without potential flow, within a second.
-
-    InputError with all that is wrong with the configuration and its mesh files.
-    """
-    return check_config(config, folder=folder)
-
-
-def make(
-    config: HydrodynamicsConfig,
-    *,
-    name: str,
-    folder: Path,
-    progress: Callable[[str], object] = print,
-) -> Program:
-    """The configured load on all bodies as a Program; mesh files are looked for in `folder`."""
-    return program_from_config(config, name=name, folder=folder, progress=progress)
-
-
-def make_in_waves(
-    config: HydrodynamicsConfig,
-    *,
-    name: str,
-    folder: Path,
-    highest: float,
-    progress: Callable[[str], object] = print,
-) -> tuple[Program, HullWaves]:
-    """The load with the forces of waves as inputs, and what they are up to `highest` [rad/s]."""
-    return program_in_waves(config, name=name, folder=folder, highest=highest, progress=progress)
-
-
 def stability(config: HydrodynamicsConfig, *, folder: Path) -> str:
     """Hydrostatics and righting arms of all bodies as text."""
     return stability_text(stability_of(config, folder), config.water)
 
 
 def scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
-    """The hulls and the water, with waves for `values` of their parameters at the start."""
-    return shown(config, folder=folder, values=values)
+    """Hulls, water and bed for `values` of parameters at the start; files are in `folder`.
+
+    InputError for files that cannot be read.
+    """
+    heading = values.get("heading", math.radians(config.heading))
+    return Shown(
+        hulls=tuple(_headed(config, hull, heading) for hull in drawn_hulls(config.bodies, folder)),
+        water=shown_water(config.water, config.waves, folder=folder, values=values),
+        floor=floor_of(config.water),
+    )
+
+
+def _headed(config: HydrodynamicsConfig, hull: ShownHull, heading: float) -> ShownHull:
+    """A fixed hull turned with all others, about the middle of the centres of gravity."""
+    if not hull.fixed or not heading:
+        return hull
+    moving = [body.center_of_gravity for body in config.bodies.values() if not body.fixed]
+    middle = np.array([point_in_space(center) for center in moving]).mean(axis=0)
+    c, s = math.cos(heading), math.sin(heading)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    surface = hull.surface
+    turned = replace(surface, vertices=middle + (surface.vertices - middle) @ turn.T)
+    return replace(hull, surface=turned)
 
 
 def displaced(config: HydrodynamicsConfig, *, folder: Path) -> dict[str, dict[str, Hull]]:

@@ -139,15 +139,12 @@ def matched_water(config: HydrodynamicsConfig, data: FileData, problems: list[Pr
             problems.append(Problem(text, "write the file anew", keys=KEYS))
             continue
         own[key] = there
-        if key in given.model_fields_set and not _is_same(there, here):
+        same = there == here or abs(there - here) <= SAME_WATER * min(abs(there), abs(here))
+        if key in given.model_fields_set and not same:
             text = f"{key} is {_shown(here)} {unit} here, the file is for {_shown(there)} {unit}"
             remedy = f"write {_shown(there)}, or leave it out; or compute the file anew"
             problems.append(Problem(text, remedy, keys=("water", key)))
     return given.model_copy(update=own)
-
-
-def _is_same(one: float, other: float) -> bool:
-    return one == other or abs(one - other) <= SAME_WATER * min(abs(one), abs(other))
 
 
 def _shown(value: float) -> str:

@@ -44,7 +44,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import (
     point_in_space,
 )
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
-from m4e_fmi.files.csv_columns import Columns, read_columns, shortened
+from m4e_fmi.files.csv_columns import read_columns, shortened
 from m4e_fmi.files.limits import LARGEST_QTF
 
 MEAN_SUFFIXES = (".7", ".8", ".9")
@@ -230,7 +230,8 @@ def _read_csv(path: Path, names: list[str]) -> MeanDrift:
             text = f"omega {value:g} rad/s is not positive"
             problems.append(columns.problem(row, text, "leave the row out"))
     if not omega:
-        problems.append(_empty(columns))
+        remedy = "write omega, direction and forces"
+        problems.append(Problem("has no rows", remedy, str(columns.path)))
     if problems:
         raise InputError(shortened(problems))
     by_name = {motion.name: motion for motion in (SURGE, SWAY, YAW)}
@@ -240,7 +241,3 @@ def _read_csv(path: Path, names: list[str]) -> MeanDrift:
         for row, value in enumerate(column)
     ]
     return mean_table(path.name, entries, columns.problem)
-
-
-def _empty(columns: Columns) -> Problem:
-    return Problem("has no rows", "write omega, direction and forces", str(columns.path))

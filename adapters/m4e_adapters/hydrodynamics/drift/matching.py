@@ -61,11 +61,6 @@ def matched(
     )
 
 
-def is_fixed(drifting: Drifting) -> bool:
-    """True if directions and heading must stay as they are."""
-    return not isinstance(drifting, Directed)
-
-
 def _directions(system: WaveSystem, heading: float) -> list[float]:
     """Of each wave, from the hulls' axis [deg]."""
     return (system.direction - heading + np.degrees(system.offsets)).tolist()

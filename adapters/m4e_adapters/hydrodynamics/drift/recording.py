@@ -59,7 +59,13 @@ def harmonics(table: MeanDrift) -> np.ndarray | None:
     steps = np.diff(closed)
     if steps.max() > WIDEST + SAME:
         return None
-    count = next((n for n in _counts() if _divides(360.0 / n, steps)), None)
+    counts = range(round(360.0 / WIDEST), round(360.0 / FINEST) + 1)
+
+    def apart(step: float) -> np.ndarray:
+        """Distances [deg] of the steps (n,) from multiples of one."""
+        return np.abs(steps - step * np.rint(steps / step))
+
+    count = next((n for n in counts if (apart(360.0 / n) < SAME).all()), None)
     if count is None:
         return None
     values = np.concatenate([table.values, table.values[:, :1]], axis=1)
@@ -70,14 +76,6 @@ def harmonics(table: MeanDrift) -> np.ndarray | None:
     found *= np.exp(-1j * math.radians(float(table.directions[0])) * orders)[:, None]
     twice = (orders > 0) & (2 * orders < count)
     return np.where(twice, 2.0, 1.0)[:, None] * found
-
-
-def _counts() -> range:
-    return range(round(360.0 / WIDEST), round(360.0 / FINEST) + 1)
-
-
-def _divides(step: float, steps: np.ndarray) -> bool:
-    return bool(np.all(np.abs(steps - step * np.rint(steps / step)) < SAME))
 
 
 def at_frequency(omega: Number, knots: np.ndarray, columns: np.ndarray) -> list[Number]:

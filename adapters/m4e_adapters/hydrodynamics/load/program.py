@@ -29,7 +29,7 @@ from m4e_adapters.hydrodynamics.config import (
     Radiation,
 )
 from m4e_adapters.hydrodynamics.drift.bodies import matched_drifts, record_drifts, shown_motions
-from m4e_adapters.hydrodynamics.drift.matching import is_fixed
+from m4e_adapters.hydrodynamics.drift.recording import Directed
 from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
@@ -111,7 +111,7 @@ def hydrodynamics_program(
     drifts = matched_drifts(given, coefficients, systems, heading, progress)
     directed = towards_each(coefficients, systems, heading=heading.angle, turns=turns)
     of_single = bool(systems) and coefficients.of_single_directions
-    if of_single or any(map(is_fixed, drifts.values())):
+    if of_single or not all(isinstance(own, Directed) for own in drifts.values()):
         heading = replace(heading, fixed=True)
         systems = [replace(system, fixed=True) for system in systems]
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")

@@ -129,14 +129,12 @@ class Kernel:
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """K (n, m, m) [N/m, N, N.m] at `time` (n,) [s] ≥ 0."""
-        return self._of_data(time) + self._of_tail(time)
+        tail = (2.0 / np.pi) * (self._tails(time) @ self.shares)[:, None, None] * self.last
+        return self._of_data(time) + tail
 
     def _of_data(self, time: np.ndarray) -> np.ndarray:
         waves = np.cos(np.outer(time, self.nodes))
         return (2.0 / np.pi) * np.tensordot(waves, self.damping, axes=1)
-
-    def _of_tail(self, time: np.ndarray) -> np.ndarray:
-        return (2.0 / np.pi) * (self._tails(time) @ self.shares)[:, None, None] * self.last
 
     def _tails(self, time: np.ndarray) -> np.ndarray:
         """∫ (end/ω)ᵖ cos ωt dω from the end on, (n, 4) [rad/s], at `time` (n,) [s]."""

@@ -131,12 +131,15 @@ def _time(record: Samples, row: int) -> float:
     return record.start + row * record.interval
 
 
+RAMP_PERIODS = 2.0  # default length of the ramp in (peak) periods
+REACH = 2.5  # peak frequencies up to which excitation is computed
+
+
 class _Common(TypedDict):
     """Fields of every system."""
 
     name: str
     direction: float
-    ramp_time: float | None
     depth: float
     gravity: float
 
@@ -162,7 +165,6 @@ def wave_systems(
         common = _Common(
             name=f"wave[{k + 1}]" if several else "wave",
             direction=section.direction,
-            ramp_time=section.ramp_time,
             depth=depth,
             gravity=gravity,
         )
@@ -190,12 +192,30 @@ def _system(section: WaveSection | WaveSystem, common: _Common, folder: Path) ->
             return _record(section, common, folder)
 
 
+def _ramp(section: WaveSection, period: float) -> float:
+    """The time [s] in which waves of a `period` [s] grow."""
+    return RAMP_PERIODS * period if section.ramp_time is None else section.ramp_time
+
+
+def _needed(omega: np.ndarray, amplitudes: np.ndarray) -> float:
+    """Where 3 % of the energy is left [rad/s]."""
+    order = np.argsort(omega)
+    energy = np.cumsum(amplitudes[order] ** 2)
+    return float(omega[order][np.searchsorted(energy, 0.97 * energy[-1])])
+
+
 def _regular(section: Regular, common: _Common) -> RegularWave:
+    omega = np.array([2 * math.pi / section.period])
+    period = 2 * math.pi / float(omega[0])
     return RegularWave(
         **common,
-        omega=np.array([2 * math.pi / section.period]),
+        omega=omega,
         phases=np.array([section.phase]),
         offsets=np.zeros(1),
+        period=period,
+        ramp_time=_ramp(section, period),
+        needed=float(omega[0]),
+        regular=True,
         height=section.height,
         shortest=min(section.period, FEWEST),
     )
@@ -226,8 +246,11 @@ def _spectral(section: Jonswap | PiersonMoskowitz, common: _Common) -> SpectralS
         offsets=_offsets(section, rng),
         luck=_luck(section, rng),
         widths=widths if factor is None else widths * factor(omega),
+        period=section.peak_period,
+        ramp_time=_ramp(section, section.peak_period),
+        needed=REACH * 2 * math.pi / section.peak_period,
+        reach=f"{REACH:g} peak frequencies",
         significant_height=section.significant_height,
-        peak_period=section.peak_period,
         enhancement=enhancement,
     )
 
@@ -258,14 +281,19 @@ def _table(section: SpectrumTable, common: _Common, folder: Path) -> FixedSea:
     if section.significant_height is not None:
         energy = section.significant_height**2 / 16.0
         amplitudes *= math.sqrt(2.0 * energy / np.sum(amplitudes**2))
+    peak = 2 * math.pi / float(density.omega[density.density.argmax()] or edges[1])
+    phases, offsets = component_phases(section.components, rng), _offsets(section, rng)
+    drawn = amplitudes * _luck(section, rng)
     return FixedSea(
         **common,
         omega=omega,
-        phases=component_phases(section.components, rng),
-        offsets=_offsets(section, rng),
-        amplitudes=amplitudes * _luck(section, rng),
+        phases=phases,
+        offsets=offsets,
+        amplitudes=drawn,
         significant_height=4.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))),
-        peak=2 * math.pi / float(density.omega[density.density.argmax()] or edges[1]),
+        period=peak,
+        ramp_time=_ramp(section, peak),
+        needed=_needed(omega, drawn),
         scaled=True,
     )
 
@@ -281,6 +309,7 @@ def _components(section: ComponentWaves, common: _Common, folder: Path) -> Fixed
     phases = [
         random if one.phase is None else one.phase for one, random in zip(given, drawn, strict=True)
     ]
+    period = 2 * math.pi / float(omega[amplitudes.argmax()])
     return FixedSea(
         **common,
         omega=omega,
@@ -288,7 +317,9 @@ def _components(section: ComponentWaves, common: _Common, folder: Path) -> Fixed
         offsets=np.radians(turns),
         amplitudes=amplitudes,
         significant_height=4.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))),
-        peak=2 * math.pi / float(omega[amplitudes.argmax()]),
+        period=period,
+        ramp_time=_ramp(section, period),
+        needed=_needed(omega, amplitudes),
         apart=True,
     )
 
@@ -307,11 +338,12 @@ def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
         offsets=np.zeros(len(omega)),
         amplitudes=amplitudes,
         significant_height=4.0 * deviation,
-        peak=2 * math.pi / middle,
+        period=2 * math.pi / middle,
+        ramp_time=section.ramp_time or 0.0,
+        needed=_needed(omega, amplitudes),
         tunable_phases=False,
-        untapered=1.0 / math.sqrt(kept),
-        at=(section.place[0], section.place[1] if len(section.place) > 1 else 0.0),
-        ramp=0.0,
+        in_statistics=1.0 / math.sqrt(kept),
+        place=(section.place[0], section.place[1] if len(section.place) > 1 else 0.0),
         remarks=tuple(record_doubts(section.file, record)),
-        told=(record_ends(section.file, record, lost=1.0 - kept),),
+        notes=(record_ends(section.file, record, lost=1.0 - kept),),
     )

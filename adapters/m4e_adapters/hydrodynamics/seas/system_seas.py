@@ -121,7 +121,7 @@ class FlowWaves(SystemWaves):
 def lines_on(waves: Sequence[WaveSystem]) -> Iterator[str]:
     """Lines of a build on `waves` as configured: notes and warnings."""
     for system in waves:
-        yield from system.notes()
+        yield from system.notes
         yield from (f"warning: {text}" for text in system.doubts({}))
 
 
@@ -135,6 +135,26 @@ def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> C
     return Components(
         omega, amplitude, phase, direction, depth=waves[0].depth, gravity=waves[0].gravity
     )
+
+
+def wave_data(waves: Sequence[WaveSystem]) -> dict[str, list[float] | float] | None:
+    """The argument of `pressure.hull_load.IncidentWaves`; None of still water.
+
+    Of each component rad/s, rad/m, m, rad, rad, and the time [s] in which it grows.
+    """
+    if not waves:
+        return None
+    found = components_of(waves, {})
+    ramps = np.repeat([own.ramp_time for own in waves], [len(own.omega) for own in waves])
+    return {
+        "omega": found.omega.tolist(),
+        "wavenumber": found.wavenumber.tolist(),
+        "amplitude": found.amplitude.tolist(),
+        "phase": found.phase.tolist(),
+        "direction": found.direction.tolist(),
+        "ramp_time": ramps.tolist(),
+        "depth": found.depth,
+    }
 
 
 def water_program(
