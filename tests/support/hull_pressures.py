@@ -7,10 +7,9 @@ from pathlib import Path
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
-from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
-from m4e_adapters.hydrodynamics.pressure.incident_waves import IncidentWaves
-from m4e_adapters.hydrodynamics.pressure.sea import wave_data
+from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad, IncidentWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.system_seas import wave_data
 
 RHO, G = 1025.0, 9.81
 

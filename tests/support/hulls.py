@@ -8,8 +8,9 @@ from typing import Any
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig, make_hulls
 from m4e_adapters.hydrodynamics.build import check_config, program_in_waves
 from m4e_adapters.hydrodynamics.config import Body
-from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hull
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 
@@ -36,7 +37,11 @@ def hulls(section: Section, folder: Path = Path()) -> tuple[Hull, ...]:
 def doubts(section: Section, folder: Path = Path()) -> list[str]:
     """Messages of problems of the hulls, and what is told of them."""
     told: list[str] = []
-    _, problems = hulls_and_problems(configured(section), folder, progress=told.append)
+    problems: list[Problem] = []
+    try:
+        make_hulls(configured(section), folder, progress=told.append)
+    except InputError as error:
+        problems = error.problems
     assert all(problem.remedy for problem in problems)
     return [problem.message for problem in problems] + told
 

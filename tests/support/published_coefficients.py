@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
-from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics"
 RHO, G = 1000.0, 9.81

@@ -11,9 +11,8 @@ import pytest
 from support.hull_pressures import RHO, G, hull_load, surface
 
 from m4e_adapters.hydrodynamics.config import Drag, HydrodynamicsConfig, Water
-from m4e_adapters.hydrodynamics.flow.bem import without_flow
+from m4e_adapters.hydrodynamics.flow.bem import excited_by, without_flow
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
-from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
 from m4e_adapters.hydrodynamics.geometry.panels import Panels

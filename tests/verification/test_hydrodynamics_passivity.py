@@ -22,9 +22,9 @@ from support.published_coefficients import (
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.memory import group_fit, soundness
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
-from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
 
 SOURCES: dict[str, Callable[[], Coefficients]] = {"sphere": sphere, "flap": flap, "rm3": rm3}
@@ -333,7 +333,7 @@ def test_a_small_body_does_not_vouch_for_the_frequencies_of_a_large_one() -> Non
         fit_radiation(two_spheres(every=4))
     (problem,) = caught.value.problems
     assert "body 'large': 7 of the 14 frequencies are up to 1.486 rad/s" in problem.message
-    assert problem.remedy == "use a frequencies.count of 16 or more"
+    assert problem.remedy.startswith("use a frequencies.count of 16 or more")
     assert problem.keys == ("frequencies", "count")
     assert (np.linspace(2.8 / 16, 2.8, 16) <= 1.486).sum() == 8
 

@@ -10,9 +10,9 @@ from support.published_coefficients import sphere as sphere_by_wamit
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.passivity import MARGIN
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
-from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python

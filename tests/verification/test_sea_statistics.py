@@ -23,10 +23,9 @@ from support.seas import scatter
 from m4e_adapters.hydrodynamics.config import PiersonMoskowitz, Tma
 from m4e_adapters.hydrodynamics.config.waves import WaveSection
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.spectra import depth_factor
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
-from m4e_adapters.hydrodynamics.seas.waves import relative_spectrum
+from m4e_adapters.hydrodynamics.seas.waves import depth_factor, relative_spectrum
 
 SEEDS = 60
 DEVIATION = 0.25  # m: Hs is 1 m

@@ -18,8 +18,8 @@ from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
-from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_adapters.hydrodynamics.refinement import Refinement, refinement
 from m4e_adapters.hydrodynamics.requirements import requirements
 

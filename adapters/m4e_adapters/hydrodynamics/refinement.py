@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
@@ -64,20 +65,19 @@ class Convergence:
         return self.errors[-1]
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(TypedDict):
     """Convergence of one coefficient: its `largest` value [SI] over the frequencies.
 
-    Stated `errors` of each mesh and the `remaining` one of the limit, over that value [1]; observed
-    `order` [1], nan where meshes do not differ.
+    Stated `errors` of each mesh and the `error_of_limit`, over that value [1]; observed `order`
+    [1], None where meshes do not differ.
     """
 
     quantity: str
     motions: str
     largest: float
-    errors: tuple[float, ...]
-    remaining: float
-    order: float
+    errors: list[float]
+    error_of_limit: float
+    order: float | None
 
 
 @dataclass(frozen=True)
@@ -113,40 +113,36 @@ class Refinement:
         yield "the largest value of the limit; observed order in the size of the panels"
         heads = "".join(f" {count:>9}" for count in self.panels)
         yield f"{'':<42} {'largest':>11}{heads} {'limit':>9}  order"
-        yield from (_line(row) for row in self.rows())
+        for row in self.rows():
+            told = "    -" if row["order"] is None else f" {row['order']:4.2f}"
+            every = (*row["errors"], row["error_of_limit"])
+            errors = "".join(f" {100 * e:7.2g} %" for e in every)
+            name = f"{row['quantity']} {row['motions']}"
+            yield f"{name:<42} {row['largest']:11.5g}{errors} {told}"
 
     def rows(self) -> Iterator[Row]:
         """The convergence of each coefficient that matters."""
-        names = self.limit.motions
+        names, table = self.limit.motions, self.limit.added_mass_inf
         for quantity in (*TABLES[:2], "added_mass_inf"):
             for i, j in combinations_with_replacement(range(len(names)), 2):
                 pair = names[i] if i == j else f"{names[i]} - {names[j]}"
-                if i == j or self._couples(i, j):
+                both = math.sqrt(abs(table[i, i] * table[j, j]))
+                if i == j or abs(table[i, j]) > SMALL * both:
                     yield self._row(quantity, pair, (i, j))
         for i, name in enumerate(names):
             yield self._row("excitation", name, (i,))
 
     def _row(self, quantity: str, motions: str, place: tuple[int, ...]) -> Row:
         found: Convergence = getattr(self, quantity)
-        scale = float(found.scale[place])
-        return Row(
-            quantity,
-            motions,
-            largest=scale,
-            errors=tuple((found.errors[:, *place] / (scale or 1.0)).tolist()),
-            remaining=float(found.remaining[place]) / (scale or 1.0),
-            order=float(found.order[place]),
-        )
-
-    def _couples(self, i: int, j: int) -> bool:
-        table = self.limit.added_mass_inf
-        return abs(table[i, j]) > SMALL * math.sqrt(abs(table[i, i] * table[j, j]))
-
-
-def _line(row: Row) -> str:
-    told = "    -" if math.isnan(row.order) else f" {row.order:4.2f}"
-    errors = "".join(f" {100 * e:7.2g} %" for e in (*row.errors, row.remaining))
-    return f"{row.quantity + ' ' + row.motions:<42} {row.largest:11.5g}{errors} {told}"
+        scale, order = float(found.scale[place]), float(found.order[place])
+        return {
+            "quantity": quantity,
+            "motions": motions,
+            "largest": scale,
+            "errors": (found.errors[:, *place] / (scale or 1.0)).tolist(),
+            "error_of_limit": float(found.remaining[place]) / (scale or 1.0),
+            "order": None if math.isnan(order) else order,
+        }
 
 
 def refinement(
@@ -192,7 +188,7 @@ def similar_hulls(
     meshes = []
     for finer in parts:
         hulls = [
-            make_hull(name, body, folder, depth=depth, finer=finer, progress=_silent)
+            make_hull(name, body, folder, depth=depth, finer=finer, progress=lambda _: None)
             for name, body in bodies.items()
         ]
         hulls, problems = sliding_hulls(hulls, bodies)
@@ -203,10 +199,6 @@ def similar_hulls(
 
 def _count(hulls: Sequence[Hull]) -> int:
     return sum(len(hull.panels.faces) for hull in hulls)
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def study(panels: Sequence[int], meshes: Sequence[Coefficients]) -> Refinement:
@@ -298,3 +290,20 @@ def _of_equal_length(harmonics: Sequence[np.ndarray]) -> np.ndarray:
         inner = slice(most - common, most + common + 1)
         result[k, :, inner] = found[:, own - common : own + common + 1]
     return result
+
+
+def refinement_json(study: Refinement) -> dict[str, object]:
+    """Panels of the meshes, and a row for each coefficient; the limit's tables in SI."""
+    limit = study.limit
+    return {
+        "panels": list(study.panels),
+        "highest_frequency": study.highest,
+        "rows": list(study.rows()),
+        "motions": list(limit.motions),
+        "omega": limit.omega.tolist(),
+        "added_mass": limit.added_mass.tolist(),
+        "radiation_damping": limit.radiation_damping.tolist(),
+        "added_mass_inf": limit.added_mass_inf.tolist(),
+        "excitation_real": np.real(limit.excitation).tolist(),
+        "excitation_imaginary": np.imag(limit.excitation).tolist(),
+    }

@@ -1,4 +1,9 @@
-"""Hydrostatics and stability of the configured bodies, as text."""
+"""Hydrostatics and stability of the configured bodies, as text.
+
+Inertia of bodies with the shape of a hull: a homogeneous solid, and a shell of one thickness.
+
+With a point p of the body, its mean C = <p pᵀ> about the centre of gravity gives I = m (tr C − C).
+"""
 
 from __future__ import annotations
 
@@ -9,12 +14,29 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
+from m4e_adapters.hydrodynamics.config import (
+    HydrodynamicsConfig,
+    Revolved,
+    Shape,
+    Sphere,
+    Water,
+)
+from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hulls
+from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
+from m4e_adapters.hydrodynamics.geometry.shapes import sphere_panels
+from m4e_adapters.hydrodynamics.geometry.solids import (
+    box_to,
+    ends_are_known,
+    raised,
+    triangles_of,
+    union_of,
+    upright,
+    whole_revolved,
+)
 from m4e_adapters.hydrodynamics.geometry.stability import (
     HEEL,
     PITCH,
@@ -22,8 +44,83 @@ from m4e_adapters.hydrodynamics.geometry.stability import (
     WholeHull,
     heel_and_trim,
 )
-from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape, whole_union
-from m4e_adapters.hydrodynamics.inertia import shell_inertia, solid_inertia
+from m4e_fmi.errors import InputError
+
+BELOW = 2.0
+"""Depth of a whole hull that is drawn under water, over its height."""
+
+
+def whole_shape(shape: Shape, panels: int) -> Panels | None:
+    """The closed surface of a built-in shape, of about so many `panels`.
+
+    None for a mesh file, and for a box or cylinder without a `freeboard`.
+    """
+    if shape.sphere is not None:
+        return _sphere(shape.sphere, panels)
+    if shape.revolved is not None:
+        return _revolved(shape.revolved, panels)
+    if shape.box is not None and shape.box.freeboard is not None:
+        return box_to(shape.box, shape.box.freeboard)
+    if shape.cylinder is not None and shape.cylinder.freeboard is not None:
+        return _revolved(upright(shape.cylinder, shape.cylinder.freeboard), panels)
+    return None
+
+
+def whole_union(name: str, shape: Shape, center: Place, folder: Path) -> Panels | None:
+    """The closed surface of a union of shapes; its triangles are exact, and may be thin.
+
+    None where a cylinder, box or mesh ends at the waterline.
+    """
+    if not ends_are_known(shape):
+        return None
+    try:
+        solid = union_of(name, shape, center, folder, whole=True)
+    except InputError:  # a mesh that is open at the waterline: the wetted hull has been made
+        return None
+    vertices, triangles = triangles_of(solid)
+    return Panels(vertices, np.column_stack([triangles, triangles[:, 2]]))
+
+
+def _sphere(shape: Sphere, panels: int) -> Panels:
+    depth = BELOW * shape.radius
+    below = shape.model_copy(update={"center_z": -depth})
+    return raised(sphere_panels(below, panels), shape.center_z + depth)
+
+
+def _revolved(shape: Revolved, panels: int) -> Panels:
+    heights = [z for _, z in shape.profile]
+    depth = max(heights) + BELOW * (max(heights) - min(heights))
+    return whole_revolved(shape, panels, depth)
+
+
+def solid_inertia(triangles: np.ndarray, center: Sequence[float]) -> np.ndarray:
+    """Tensor (3, 3) over the mass [m2] about `center` [m] of the solid within a surface.
+
+    Its `triangles` (n, 3, 3) [m] may be open at z = 0.
+    """
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    return _tensor(triangles, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, 4, center)
+
+
+def shell_inertia(triangles: np.ndarray, center: Sequence[float]) -> np.ndarray:
+    """Tensor (3, 3) over the mass [m2] about `center` [m] of `triangles` (n, 3, 3) [m]."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    return _tensor(triangles, 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1), 3, center)
+
+
+def _tensor(
+    triangles: np.ndarray, sizes: np.ndarray, corners: int, center: Sequence[float]
+) -> np.ndarray:
+    """Of simplices of these `sizes` (n,) [m2 or m3], with a fourth of their corners at 0."""
+    total, sums = sizes.sum(), triangles.sum(axis=1)
+    mean = sizes @ sums / (corners * total)
+    squares = np.einsum("n,nki,nkj->ij", sizes, triangles, triangles)
+    squares += np.einsum("n,ni,nj->ij", sizes, sums, sums)
+    squares /= corners * (corners + 1) * total
+    g = np.array(center)
+    spread = squares - np.outer(g, mean) - np.outer(mean, g) + np.outer(g, g)
+    return np.trace(spread) * np.eye(3) - spread
+
 
 FINE = 3000
 """Panels of a round hull at least: those of a ball are then right to 0.02 % of its size."""
@@ -53,9 +150,12 @@ class Stability:
 
 
 def stability_of(config: HydrodynamicsConfig, folder: Path) -> list[Stability]:
-    """Stability of all bodies; InputError for meshes that do not bound a volume in the water."""
+    """Stability of all bodies that move.
+
+    InputError for meshes that do not bound a volume in the water.
+    """
     hulls = make_hulls(config, folder, progress=lambda _: None)
-    return [_stability(hull, _whole(hull, config, folder)) for hull in hulls]
+    return [_stability(hull, _whole(hull, config, folder)) for hull in hulls if not hull.fixed]
 
 
 def _whole(hull: Hull, config: HydrodynamicsConfig, folder: Path) -> Panels | None:

@@ -19,14 +19,14 @@ from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, clos
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
 from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullData, PressureData
-from m4e_adapters.hydrodynamics.pressure.sea import wave_data
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
+from m4e_adapters.hydrodynamics.seas.system_seas import wave_data
 from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.report.animation.shown import Shown
 from m4e_fmus.water import CHECKS
 
-TRAVELS = ("clipped_surface.py", "hull_load.py", "hull_outputs.py", "incident_waves.py")
+TRAVELS = ("hull_load.py", "hull_outputs.py")
 MANY = 5000  # triangles of a hull, from which its cost is told
 
 

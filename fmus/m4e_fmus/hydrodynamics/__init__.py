@@ -2,20 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from m4e_adapters.hydrodynamics.build import check_config, program_from_config, program_in_waves
 from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, hydrodynamic_data
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
-from m4e_adapters.hydrodynamics.refinement import refinement
-from m4e_adapters.hydrodynamics.refinement_report import refinement_json
-from m4e_adapters.hydrodynamics.shown import shown
+from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
+from m4e_adapters.hydrodynamics.refinement import refinement, refinement_json
+from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
 from m4e_fmi.fmu import FmuKind
+from m4e_fmi.report.animation.shown import Shown, ShownHull
 from m4e_fmi.report.drawing.hulls import Hull
 from m4e_fmus.water import CHECKS
+
+
+def _stability(config: HydrodynamicsConfig, *, folder: Path) -> str:
+    """Hydrostatics and righting arms of all bodies as text."""
+    return stability_text(stability_of(config, folder), config.water)
+
+
+def _scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
+    """Hulls, water and bed for `values` of parameters at the start; files are in `folder`.
+
+    InputError for files that cannot be read.
+    """
+    heading = values.get("heading", math.radians(config.heading))
+    return Shown(
+        hulls=tuple(_headed(config, hull, heading) for hull in drawn_hulls(config.bodies, folder)),
+        water=shown_water(config.water, config.waves, folder=folder, values=values),
+        floor=floor_of(config.water),
+    )
+
+
+def _headed(config: HydrodynamicsConfig, hull: ShownHull, heading: float) -> ShownHull:
+    """A fixed hull turned with all others, about the middle of the centres of gravity."""
+    if not hull.fixed or not heading:
+        return hull
+    moving = [body.center_of_gravity for body in config.bodies.values() if not body.fixed]
+    middle = np.array([point_in_space(center) for center in moving]).mean(axis=0)
+    c, s = math.cos(heading), math.sin(heading)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    surface = hull.surface
+    turned = replace(surface, vertices=middle + (surface.vertices - middle) @ turn.T)
+    return replace(hull, surface=turned)
 
 
 def _displaced(config: HydrodynamicsConfig, *, folder: Path) -> dict[str, dict[str, Hull]]:
@@ -24,11 +60,6 @@ def _displaced(config: HydrodynamicsConfig, *, folder: Path) -> dict[str, dict[s
         return {}
     hulls = drawn_hulls(config.bodies, folder)
     return {hull.name: {hull.name: hull.surface} for hull in hulls if not hull.fixed}
-
-
-def _stability(config: HydrodynamicsConfig, *, folder: Path) -> str:
-    """Hydrostatics and righting arms of all bodies as text."""
-    return stability_text(stability_of(config, folder), config.water)
 
 
 def _refinement(
@@ -47,7 +78,7 @@ KIND = FmuKind(
     build=program_from_config,
     takes_long=True,
     outline=check_config,
-    scene=shown,
+    scene=_scene,
     response=program_in_waves,
     displaced=_displaced,
     stability=_stability,

@@ -195,7 +195,7 @@ def _describe(path: Path) -> None:
 
 
 def _mesh(path: Path) -> None:
-    from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import _loaded
+    from m4e_adapters.hydrodynamics.geometry.mesh_files import _loaded
 
     _loaded(path, "hull")
 

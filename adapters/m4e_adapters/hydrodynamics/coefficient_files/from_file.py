@@ -11,31 +11,28 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficient_files.consistency import (
     Relation,
     findings,
+    ogilvie,
     surge_share,
 )
-from m4e_adapters.hydrodynamics.coefficient_files.directions import with_directions
+from m4e_adapters.hydrodynamics.coefficient_files.directions import (
+    Symmetry,
+    symmetry_of,
+    with_directions,
+)
 from m4e_adapters.hydrodynamics.coefficient_files.file_data import KEYS, SIX, FileData, refused
-from m4e_adapters.hydrodynamics.coefficient_files.infinite_frequency import ogilvie
 from m4e_adapters.hydrodynamics.coefficient_files.matching import (
     MatchedBody,
     lever_arms,
     matched_bodies,
     matched_water,
     places_in_file,
-    raise_all,
     told_bodies,
 )
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
-from m4e_adapters.hydrodynamics.coefficient_files.symmetry import Symmetry, symmetry_of
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.geometry.motions import places_in_space
 from m4e_adapters.hydrodynamics.memory.soundness import check_added_mass_inf
-from m4e_adapters.hydrodynamics.seas.excitation import towards_each
-from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.sea import waves_beyond
-from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.errors import InputError, Problem
 
 WRONG_PHASE = 0.5  # of `surge_share`, from which the sign of the phases is certain
@@ -64,8 +61,6 @@ def coefficients_from_file(
     for finding in found.findings:
         start = "warning: " if finding.warns else ""
         progress(f"{start}consistency, {finding.name}: {finding.text}")
-    for line in lines_on(checked_waves(config, found.coefficients, folder=folder)):
-        progress(line)
     return found.coefficients
 
 
@@ -76,19 +71,21 @@ def read_for(config: HydrodynamicsConfig, *, folder: Path) -> FromFile:
     problems: list[Problem] = []
     bodies = matched_bodies(config, data, problems)
     water = matched_water(config, data, problems)
-    raise_all(problems)
+    InputError.raise_for(dict.fromkeys(problems))
     moved = _about_centers(data, bodies)
     centers = np.array([body.center for body in bodies])
     symmetry = symmetry_of((moved.added_mass, moved.damping), centers)
     moved = _without(moved, symmetry)
     made, table, source = _assembled(moved, bodies, water, config.dimensions)
-    _check_phases(made, data.directions, table)
+    phases = _phases(made, data, table)
     _check_added_mass_inf(made)
     made, notes = with_directions(made, data.directions, table, symmetry)
-    said = (_summary(data), *data.notes, *told_bodies(bodies, config, data))
-    said += (
-        _phases(data, made, table),
-        *_missing_water(data, water),
+    said = (
+        _summary(data),
+        *data.notes,
+        *told_bodies(bodies, config, data),
+        phases,
+        _missing_water(data, water),
         source,
         symmetry.text,
         *notes,
@@ -97,29 +94,6 @@ def read_for(config: HydrodynamicsConfig, *, folder: Path) -> FromFile:
     if not config.loads.excitation:
         made = made.without_excitation()
     return FromFile(made, tuple(kept), tuple(filter(None, said)))
-
-
-def checked_waves(
-    config: HydrodynamicsConfig, coefficients: Coefficients, *, folder: Path
-) -> tuple[WaveSystem, ...]:
-    """The configured waves, whose files are in `folder`, in the water of the coefficients.
-
-    InputError with all problems of the waves, and if the coefficients are not for these.
-    """
-    depth, gravity = coefficients.depth, coefficients.gravity
-    waves = wave_systems(config.waves, depth=depth, gravity=gravity, folder=folder)
-    problems = []
-    beyond = waves_beyond(waves, float(coefficients.omega[-1]), coefficients.memory_limit)
-    if beyond:
-        remedy = "use longer waves, or compute the file up to there"
-        problems.append(Problem(beyond[0], remedy, keys=("waves",)))
-    turns = config.heading_filter is not None
-    try:
-        towards_each(coefficients, waves, heading=config.heading, turns=turns)
-    except InputError as error:
-        problems += error.problems
-    raise_all(problems)
-    return waves
 
 
 def _about_centers(data: FileData, bodies: Sequence[MatchedBody]) -> FileData:
@@ -219,32 +193,23 @@ def _buoyancy(bodies: Sequence[MatchedBody], stiffness: np.ndarray, weight: floa
     return found
 
 
-def _check_phases(made: Coefficients, directions: np.ndarray, table: np.ndarray) -> None:
-    """InputError if the phases in long waves are those of other conventions than the format's."""
-    share = _mean_share(made, directions, table)
+def _phases(made: Coefficients, data: FileData, table: np.ndarray) -> str:
+    """A line on the conventions of the phases; InputError if long waves have others."""
+    shares = []
+    for k, beta in enumerate(data.directions.tolist()):
+        if made.dimensions == 2 and abs(np.cos(np.radians(beta))) < 0.1:
+            continue
+        relative = table[:, k] * made.way(made.omega, beta).conj()
+        shares.append(surge_share(made, relative, beta))
+    known = [s for s in shares if np.isfinite(s)]
+    share = float(np.mean(known)) if known else float("nan")
     if share > WRONG_PHASE:
         raise refused(
             "the excitation along long waves has the opposite sign: the phases are e^{+iωt} for "
             "e^{−iωt} (or the reverse), or the directions are those that waves come from",
             "write the file in the conventions of its format: waves travel to their direction",
         )
-
-
-def _mean_share(made: Coefficients, directions: np.ndarray, table: np.ndarray) -> float:
-    """Mean of `surge_share` over the directions; NaN if it is not known."""
-    shares = []
-    for k, beta in enumerate(directions.tolist()):
-        if made.dimensions == 2 and abs(np.cos(np.radians(beta))) < 0.1:
-            continue
-        relative = table[:, k] * made.way(made.omega, beta).conj()
-        shares.append(surge_share(made, relative, beta))
-    known = [s for s in shares if np.isfinite(s)]
-    return float(np.mean(known)) if known else float("nan")
-
-
-def _phases(data: FileData, made: Coefficients, table: np.ndarray) -> str:
     of = "e^{−iωt}, as here" if data.format == "Capytaine" else "e^{+iωt}, turned to e^{−iωt}"
-    share = _mean_share(made, data.directions, table)
     checked = "confirmed by the force along long waves"
     if not share < -WRONG_PHASE:
         checked = "not checked: the force along long waves is too small"
@@ -268,7 +233,7 @@ def _summary(data: FileData) -> str:
     )
 
 
-def _missing_water(data: FileData, water: Water) -> list[str]:
+def _missing_water(data: FileData, water: Water) -> str:
     """A line on the water where the file says nothing: the system file's or default values."""
     depth = f"depth {water.depth:g} m" if np.isfinite(water.depth) else "deep water"
     texts = {
@@ -277,16 +242,6 @@ def _missing_water(data: FileData, water: Water) -> list[str]:
         "gravity": f"gravity {water.gravity:g} m/s2",
     }
     sources = {True: "of the system file", False: "by default"}
-    told = [
-        f"{text} {sources[key in water.model_fields_set]}"
-        for key, text in texts.items()
-        if getattr(data, key) is None
-    ]
-    return (
-        [
-            f"the file has no {', '.join(k for k in texts if getattr(data, k) is None)}: "
-            f"{', '.join(told)}"
-        ]
-        if told
-        else []
-    )
+    missing = [key for key in texts if getattr(data, key) is None]
+    told = [f"{texts[key]} {sources[key in water.model_fields_set]}" for key in missing]
+    return f"the file has no {', '.join(missing)}: {', '.join(told)}" if told else ""

@@ -17,7 +17,7 @@ from m4e_adapters.hydrodynamics.coefficient_files.file_data import (
 )
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import Problem
 
 SAME_WATER = 1e-3  # relative difference of water properties that is none
 SAME_PLACE = 1e-6  # m
@@ -139,15 +139,12 @@ def matched_water(config: HydrodynamicsConfig, data: FileData, problems: list[Pr
             problems.append(Problem(text, "write the file anew", keys=KEYS))
             continue
         own[key] = there
-        if key in given.model_fields_set and not _is_same(there, here):
+        same = there == here or abs(there - here) <= SAME_WATER * min(abs(there), abs(here))
+        if key in given.model_fields_set and not same:
             text = f"{key} is {_shown(here)} {unit} here, the file is for {_shown(there)} {unit}"
             remedy = f"write {_shown(there)}, or leave it out; or compute the file anew"
             problems.append(Problem(text, remedy, keys=("water", key)))
     return given.model_copy(update=own)
-
-
-def _is_same(one: float, other: float) -> bool:
-    return one == other or abs(one - other) <= SAME_WATER * min(abs(one), abs(other))
 
 
 def _shown(value: float) -> str:
@@ -219,9 +216,3 @@ def lever_arms(bodies: Sequence[MatchedBody]) -> np.ndarray:
 def places_in_file(bodies: Sequence[MatchedBody]) -> np.ndarray:
     """Where the motions of the bodies are in the file, (6N,), indices."""
     return np.concatenate([np.arange(SIX) + SIX * body.number for body in bodies])
-
-
-def raise_all(problems: Sequence[Problem]) -> None:
-    """InputError with all problems, if there are any."""
-    if problems:
-        raise InputError(dict.fromkeys(problems))

@@ -10,13 +10,13 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.build import coefficients_from_config, program_of
 from m4e_adapters.hydrodynamics.coefficient_files.consistency import Relation, findings
-from m4e_adapters.hydrodynamics.coefficient_files.from_file import checked_waves, read_for
+from m4e_adapters.hydrodynamics.coefficient_files.from_file import read_for
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
-from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.analysis.hydrodynamic_data import FittedMemory, HydrodynamicData, Motion
 from m4e_fmi.errors import InputError
 
@@ -117,7 +117,6 @@ def _known(
     read = read_for(config, folder=folder)
     notes += read.notes
     c = read.coefficients if config.body_to_body else read.coefficients.without_interaction()
-    checked_waves(config, c, folder=folder)
     return c, read.findings
 
 

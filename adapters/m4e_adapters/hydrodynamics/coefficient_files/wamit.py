@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficient_files.file_data import SIX, FileBody, FileData, refused
 from m4e_fmi.errors import InputError, Problem, is_file
+from m4e_fmi.files.csv_columns import shortened
 from m4e_fmi.files.files_read import TooLongError, read_text
 from m4e_fmi.files.limits import LARGEST_COEFFICIENTS
 
@@ -27,7 +28,7 @@ CONTENTS = {
     ".3": "excitation",
     ".hst": "hydrostatic stiffness",
 }
-MOST_TOLD = 5  # wrong lines of a file
+ROWS = {".1": "PER I J A B", ".3": "PER BETA I MOD PHA RE IM", ".hst": "I J C"}
 SAME = 1e-5  # relative difference of periods in two files that are the same
 OFF_MODULUS, TRIFLE = 0.01, 1e-5  # of MOD, and of the largest: difference that is of rounding
 NEAR, FAR = 0.3, 0.5  # relative errors of forces in long waves, and in waves that are not
@@ -36,26 +37,71 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?nan|[-+]?inf
 
 @dataclass(frozen=True)
 class Rows:
-    """Numbers of a text file, row by row, and the `lines` (from 1) that they stand in."""
+    """Numbers of `path`, row by row; row k stands in line `lines[k]`, from 1, of the `texts`."""
 
     path: Path
-    values: list[list[float]]
-    lines: list[int]
-    texts: list[str]
+    values: list[list[float]] = field(repr=False)
+    lines: list[int] = field(repr=False)
+    texts: list[str] = field(repr=False)
 
     def problem(self, row: int, message: str, remedy: str = "") -> Problem:
         """A problem with a row; −1 is the last."""
-        line = self.lines[row] if self.lines else 1
-        text = self.texts[line - 1] if line <= len(self.texts) else ""
-        column = len(text) - len(text.lstrip()) + 1
-        width = len(text.strip())
+        return self.at_line(self.lines[row], message, remedy)
+
+    def at_line(self, line: int, message: str, remedy: str = "") -> Problem:
+        """A problem with a line, from 1."""
+        text = self.texts[line - 1]
+        column, width = len(text) - len(text.lstrip()) + 1, max(1, len(text.strip()))
         return Problem(message, remedy, str(self.path), line, column, text, width)
+
+
+def read_rows(
+    path: Path, names: str, *, shorter: int = 0, finite: bool = False, largest: int
+) -> Rows:
+    """The rows of a file of up to `largest` bytes, which have a number for each of the `names`.
+
+    The last `shorter` of them may be left out; a title may stand first. InputError with all
+    problems: what is no number, or not `finite`, other numbers of numbers, no numbers.
+    """
+    try:
+        texts = read_text(path, largest=largest).splitlines()
+    except (TooLongError, UnicodeDecodeError, OSError) as error:
+        what = "is not text" if isinstance(error, UnicodeDecodeError) else str(error)
+        raise InputError.single(f"cannot be read: {what}", "", str(path)) from None
+    rows, problems, most = Rows(path, [], [], texts), list[Problem](), len(names.split())
+    for line, text in enumerate(texts, start=1):
+        words = text.split()
+        wrong = [word for word in words if not _NUMBER.fullmatch(word)]
+        if not words or (line == 1 and wrong):
+            continue  # WAMIT's first line is a title
+        found = [] if wrong else [float(re.sub("[dD]", "E", word)) for word in words]
+        wrong += [w for w, x in zip(words, found, strict=False) if finite and not math.isfinite(x)]
+        if wrong:
+            text = f"{wrong[0][:30]!r} is not a {'finite ' if finite else ''}number"
+            problems.append(rows.at_line(line, text))
+        elif not most - shorter <= len(words) <= most:
+            counts = f"{most - shorter} or {most}" if shorter else f"{most}"
+            text = f"a row has {counts} numbers, {names}, this one {len(words)}"
+            remedy = "if it is the last one, the file was cut off: copy it again"
+            problems.append(rows.at_line(line, text, remedy))
+        else:
+            rows.values.append(found)
+            rows.lines.append(line)
+    if not rows.values and not problems:
+        problems.append(Problem("there are no numbers", f"its rows are {names}", str(path), 1))
+    InputError.raise_for(shortened(problems))
+    return rows
 
 
 def read_wamit(path: Path) -> FileData:
     """The data of the three files of which `path` is one; InputError with all their problems."""
     problems: list[Problem] = []
-    found = {suffix: _rows(path.with_suffix(suffix), suffix, problems) for suffix in SUFFIXES}
+    found: dict[str, Rows] = {}
+    for suffix in SUFFIXES:
+        try:
+            found[suffix] = _rows(path.with_suffix(suffix), suffix)
+        except InputError as error:
+            problems += error.problems
     InputError.raise_for(problems)
     radiation = _radiation(found[".1"], problems)
     excitation = _excitation(found[".3"], problems)
@@ -72,64 +118,19 @@ class _Blocks:
     values: Mapping[tuple[float, ...], np.ndarray]
 
 
-def _rows(path: Path, suffix: str, problems: list[Problem]) -> Rows:
-    """The numbers of a file; what is no number joins the `problems`."""
-    counts = {".1": (4, 5), ".3": (7,), ".hst": (3,)}[suffix]
-    empty = Rows(path, [], [], [])
-    if not is_file(path):
-        text = f"no such file: {path}"
-        remedy = f"WAMIT's {suffix} file has the {CONTENTS[suffix]}: put it beside the others"
-        if suffix == ".3":
-            remedy += " (a .2 file, by Haskind's relation, has the same form: rename it)"
-        folder = path.parent if path.parent.is_dir() else Path()
-        for other in folder.glob("*"):
-            if other.name.lower() == path.name.lower():
-                remedy = f"rename {other.name} to {path.name}: letters are of another case"
-        problems.append(refused(text, remedy).problems[0])
-        return empty
-    try:
-        texts = read_text(path, largest=LARGEST_COEFFICIENTS).splitlines()
-    except (TooLongError, UnicodeDecodeError, OSError) as error:
-        what = "is not text" if isinstance(error, UnicodeDecodeError) else str(error)
-        problems.append(refused(f"{path} cannot be read: {what}").problems[0])
-        return empty
-    rows, wrong = Rows(path, [], [], texts), 0
-    for number, text in enumerate(texts, start=1):
-        words = text.split()
-        if not words or (number == 1 and not all(map(_NUMBER.fullmatch, words))):
-            continue  # WAMIT's first line is a title
-        found = _numbers(path, number, text, words, counts)
-        if isinstance(found, Problem):
-            wrong += 1
-            if wrong <= MOST_TOLD:
-                problems.append(found)
-            continue
-        rows.values.append(found)
-        rows.lines.append(number)
-    if not rows.values and not wrong:
-        remedy = f"a {suffix} file of WAMIT has the {CONTENTS[suffix]}"
-        problems.append(Problem("there are no numbers", remedy, str(path), 1))
-    return rows
-
-
-def _numbers(
-    path: Path, number: int, text: str, words: Sequence[str], counts: tuple[int, ...]
-) -> list[float] | Problem:
-    """The numbers of a line, or its problem."""
-    found: list[float] = []
-    for word in words:
-        if not _NUMBER.fullmatch(word):
-            column = text.index(word) + 1
-            message = f"{word[:30]!r} is not a number"
-            return Problem(message, "", str(path), number, column, text, len(word))
-        found.append(float(word.replace("D", "E").replace("d", "e")))
-    if len(words) not in counts:
-        column, width = len(text) - len(text.lstrip()) + 1, len(text.strip())
-        expected = " or ".join(map(str, counts))
-        message = f"a row has {expected} numbers, this one {len(words)}"
-        remedy = "if it is the last one, the file was cut off: copy it again"
-        return Problem(message, remedy, str(path), number, column, text, width)
-    return found
+def _rows(path: Path, suffix: str) -> Rows:
+    """The numbers of a file."""
+    if is_file(path):
+        shorter = 1 if suffix == ".1" else 0
+        return read_rows(path, ROWS[suffix], shorter=shorter, largest=LARGEST_COEFFICIENTS)
+    remedy = f"WAMIT's {suffix} file has the {CONTENTS[suffix]}: put it beside the others"
+    if suffix == ".3":
+        remedy += " (a .2 file, by Haskind's relation, has the same form: rename it)"
+    folder = path.parent if path.parent.is_dir() else Path()
+    for other in folder.glob("*"):
+        if other.name.lower() == path.name.lower():
+            remedy = f"rename {other.name} to {path.name}: letters are of another case"
+    raise refused(f"no such file: {path}", remedy)
 
 
 def _modes(rows: Rows, columns: tuple[int, ...], problems: list[Problem]) -> int:

@@ -5,13 +5,11 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 """
 
 from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
-from m4e_adapters.hydrodynamics.config.current import Current, current_problems
-from m4e_adapters.hydrodynamics.config.drag import Drag
-from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.sections import (
     Body,
     BodyPoint,
+    Drag,
+    Drift,
     Frequencies,
     GapLid,
     Loads,
@@ -31,6 +29,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
     AnyWaves,
     Component,
     ComponentWaves,
+    Current,
     Jonswap,
     PiersonMoskowitz,
     Record,
@@ -41,6 +40,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
     Tma,
     Waves,
     WaveSection,
+    current_problems,
     wave_sections,
 )
 
@@ -77,6 +77,5 @@ __all__ = [
     "WaveSection",
     "Waves",
     "current_problems",
-    "keys_without_effect",
     "wave_sections",
 ]

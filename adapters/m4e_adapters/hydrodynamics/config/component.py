@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
-from typing import Annotated, Literal
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config.current import Current, current_problems
-from m4e_adapters.hydrodynamics.config.drag import drag_beyond_the_plane
-from m4e_adapters.hydrodynamics.config.numbers import Finite, Positive
-from m4e_adapters.hydrodynamics.config.places import OF_SPACE, misplaced, out_of_plane
+from m4e_adapters.hydrodynamics.config.numbers import Finite, Place, Positive
 from m4e_adapters.hydrodynamics.config.sections import (
     NAME,
     Body,
@@ -22,9 +19,64 @@ from m4e_adapters.hydrodynamics.config.sections import (
     Radiation,
     Water,
 )
-from m4e_adapters.hydrodynamics.config.waves import Still, Waves, wave_sections
+from m4e_adapters.hydrodynamics.config.shapes import Shape
+from m4e_adapters.hydrodynamics.config.waves import (
+    Current,
+    Still,
+    Waves,
+    flow_problems,
+    wave_sections,
+)
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected_at
+
+Keys = tuple[str | int, ...]
+OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
+
+
+class Placed(Protocol):
+    """A body that has places."""
+
+    @property
+    def shape(self) -> Shape: ...
+
+    @property
+    def center_of_gravity(self) -> Place: ...
+
+
+def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErrorDetails]:
+    """Places of `bodies` that do not have as many coordinates as `dimensions` says."""
+    axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
+    for name, body in bodies.items():
+        drift = body.drift if isinstance(body, Body) else None
+        given: dict[tuple[str | int, ...], Place | None] = {
+            ("drift", "reference_point"): drift.reference_point if drift else None,
+            ("reference_point",): body.reference_point if isinstance(body, Body) else None,
+            ("weight_at",): body.weight_at if isinstance(body, Body) else None,
+        }
+        for k, part in enumerate(body.shape.parts):
+            way = ("shape",) if body.shape.union is None else ("shape", "union", k)
+            given[(*way, "mesh_origin")] = part.mesh_origin
+        if body.center_of_gravity:
+            given["center_of_gravity",] = body.center_of_gravity
+        for keys, place in given.items():
+            if place is None or len(place) == dimensions:
+                continue
+            text = f"'{keys[-1]}' has {len(place)} coordinates, expected {axes}"
+            remedy = f"write {axes}; numbers have a decimal point"
+            if dimensions == 2:
+                remedy += ", and places in space need 'dimensions: 3'"
+            yield rejected_at(("bodies", name, *keys), text, remedy)
+
+
+def out_of_plane(bodies: Mapping[str, Placed]) -> Iterator[InitErrorDetails]:
+    """Shapes that leave the X-Z plane; parts of unions may be aside in pairs."""
+    for name, body in bodies.items():
+        kind = body.shape.kind
+        if getattr(getattr(body.shape, kind, None), "center_y", 0.0):
+            place = ("bodies", name, "shape", kind, "center_y")
+            yield rejected_at(place, "'center_y' leaves the X-Z plane", OF_SPACE)
+
 
 OWN_NAMES = ("wave", "current", "heading")
 """First parts of names of variables that are of no body."""
@@ -61,9 +113,12 @@ class HydrodynamicsConfig(Section):
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
+        wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_without_effect(self)]
         wrong += _named_otherwise("bodies", OWN_NAMES, self.bodies)
-        wrong += [*_of_its_source(self), *_of_current(self), *_of_displaced(self)]
+        wrong += flow_problems(
+            self.waves, self.current, depth=self.water.depth, dimensions=self.dimensions
+        )
+        wrong += [*_missing(self), *_drift_twice(self)]
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(rejected_at(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -83,56 +138,85 @@ class HydrodynamicsConfig(Section):
         return self.loads.drag != "none" and any(drag.feels_current for drag in drags)
 
 
-def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Sections that belong to loads which are switched off."""
-    remedy = "remove it, or the load's 'none' from 'loads'"
-    if config.loads.radiation == "none" and "radiation" in config.model_fields_set:
-        yield rejected_at(
-            ("radiation",), "'radiation' has no effect: loads.radiation is none", remedy
-        )
+def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Keys that other keys leave without effect."""
+    of_file, loads = config.coefficients is not None, config.loads
+    moving = [body for body in config.bodies.values() if not body.fixed]
+    still = loads.drag == "none" or all(body.drag.water == "still" for body in moving)
+    unexcited = not loads.excitation or not wave_sections(config.waves)
+    on_file, acting = " on coefficients of a file", "remove it, or the load's 'none' from 'loads'"
+    rows: list[tuple[Section, Keys, bool, str, str]] = [
+        (config, ("radiation",), loads.radiation == "none", ": loads.radiation is none", acting),
+        (config, ("frequencies",), of_file, on_file, "remove it: the file has its own"),
+        (config, ("gap_lids",), of_file, on_file, "remove it, or give the bodies shapes"),
+        (
+            loads,
+            ("loads", "excitation_at"),
+            loads.displaced and unexcited,
+            ": there are no waves, or they do not excite",
+            "remove it",
+        ),
+        (
+            config,
+            ("current",),
+            still,
+            ": it acts by drag, which is switched off or 'water: still'",
+            "remove it, or let a body have drag in moving water",
+        ),
+    ]
     for name, body in config.bodies.items():
-        if config.loads.drag == "none" and "drag" in body.model_fields_set:
-            keys = ("bodies", name, "drag")
-            yield rejected_at(keys, "'drag' has no effect: loads.drag is none", remedy)
+        whys = {
+            ("reference_point", "weight_at", "volume"): (
+                not of_file,
+                " on a shape",
+                "remove it, or name a file of 'coefficients'",
+            ),
+            ("shape", "panels", "slides_on"): (
+                of_file,
+                " with coefficients of a file",
+                "remove it, or the key 'coefficients' of the component",
+            ),
+            ("fixed",): (
+                of_file,
+                " with coefficients of a file",
+                "leave the body out: bodies of the file that are not named are held in place",
+            ),
+            ("center_of_gravity", "drag", "drift"): (
+                body.fixed,
+                " on a fixed body",
+                "remove it, or remove 'fixed'",
+            ),
+            ("drag",): (loads.drag == "none", ": loads.drag is none", acting),
+            ("panels",): (
+                body.shape.mesh is not None,
+                " on a mesh file",
+                "remove it, or refine the mesh itself",
+            ),
+        }
+        rows += [(body, ("bodies", name, key), *why) for keys, why in whys.items() for key in keys]
+        framed = body.fixed and body.shape.frame != "world"
+        keys = ("bodies", name, "shape", "frame")
+        remedy = "remove it and give mesh_origin: the body has no centre of gravity"
+        rows.append((body.shape, keys, framed, " on a fixed body", remedy))
+    for section, keys, applies, why, remedy in rows:
+        key = str(keys[-1])
+        if applies and key in section.model_fields_set and getattr(section, key):
+            yield rejected_at(keys, f"'{key}' has no effect{why}", remedy)
 
 
-def _of_displaced(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Excitation at the displaced place that has no effect, or counts drift twice."""
-    if not config.loads.displaced:
-        return
-    place = ("loads", "excitation_at")
-    if not config.loads.excitation or not wave_sections(config.waves):
-        text = "'excitation_at' has no effect: there are no waves, or they do not excite"
-        yield rejected_at(place, text, "remove it")
+def _drift_twice(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Excitation at the displaced place that counts drift which a body has as well."""
     for name, body in config.bodies.items():
-        if body.drift is not None:
+        if config.loads.displaced and body.drift is not None:
             text = "the excitation at the displaced place has a part of the second-order drift of "
             remedy = "remove the body's drift, or excitation_at"
-            yield rejected_at(place, f"{text}body {name!r}, which counts it all", remedy)
+            text += f"body {name!r}, which counts it all"
+            yield rejected_at(("loads", "excitation_at"), text, remedy)
 
 
-def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """A current that does not suit the water, or moves nothing."""
-    current = config.current
-    yield from (
-        rejected_at(*problem)
-        for problem in current_problems(
-            current, depth=config.water.depth, dimensions=config.dimensions
-        )
-    )
-    moving = [body for body in config.bodies.values() if not body.fixed]
-    still = all(body.drag.water == "still" for body in moving)
-    if current is not None and (still or config.loads.drag == "none"):
-        text = "'current' has no effect: it acts by drag, which is switched off or 'water: still'"
-        yield rejected_at(("current",), text, "remove it, or let a body have drag in moving water")
-
-
-def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Keys that are missing or have no effect, with shapes or with a file of coefficients."""
-    if config.coefficients is not None:
-        yield from _of_a_file(config)
-        return
-    for name, body in config.bodies.items():
+def _missing(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Keys of bodies with shapes that are missing, or lead to no body."""
+    for name, body in config.bodies.items() if config.coefficients is None else ():
         missing = [] if "shape" in body.model_fields_set else ["shape"]
         if not body.fixed and not body.center_of_gravity:
             missing.append("center_of_gravity")
@@ -142,31 +226,6 @@ def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
             others = ", ".join(set(config.bodies) - {name}) or "there is none"
             yield rejected_at(("bodies", name, "slides_on"), text, f"name another body: {others}")
-        for key in ("reference_point", "weight_at", "volume"):
-            if key in body.model_fields_set:
-                text = f"'{key}' has no effect on a shape"
-                remedy = "remove it, or name a file of 'coefficients'"
-                yield rejected_at(("bodies", name, key), text, remedy)
-
-
-def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Keys that have no effect with a file of coefficients."""
-    if "frequencies" in config.model_fields_set:
-        text = "'frequencies' has no effect on coefficients of a file"
-        yield rejected_at(("frequencies",), text, "remove it: the file has its own")
-    if config.gap_lids:
-        text = "'gap_lids' has no effect on coefficients of a file"
-        yield rejected_at(("gap_lids",), text, "remove it, or give the bodies shapes")
-    for name, body in config.bodies.items():
-        for key in ("shape", "panels", "slides_on"):
-            if key in body.model_fields_set:
-                text = f"'{key}' has no effect with coefficients of a file"
-                remedy = "remove it, or the key 'coefficients' of the component"
-                yield rejected_at(("bodies", name, key), text, remedy)
-        if body.fixed:
-            text = "'fixed' has no effect with coefficients of a file"
-            remedy = "leave the body out: bodies of the file that are not named are held in place"
-            yield rejected_at(("bodies", name, "fixed"), text, remedy)
 
 
 def _named_otherwise(
@@ -194,7 +253,7 @@ def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
-    yield from out_of_plane(config.bodies, config.waves)
+    yield from out_of_plane(config.bodies)
     for k, lid in enumerate(config.gap_lids):
         if lid.center_y:
             yield rejected_at(
@@ -203,7 +262,6 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield rejected_at((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
-        for keys in drag_beyond_the_plane(body.drag):
-            yield rejected_at(
-                ("bodies", name, "drag", *keys), f"'{keys[-1]}' is of space", OF_SPACE
-            )
+        for way, drag in (("drag",), body.drag), (("drag", "linear"), body.drag.linear):
+            for key in {"sway", "roll", "yaw"} & drag.model_fields_set:
+                yield rejected_at(("bodies", name, *way, key), f"'{key}' is of space", OF_SPACE)

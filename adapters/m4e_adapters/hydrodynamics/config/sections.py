@@ -7,17 +7,64 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from m4e_adapters.hydrodynamics.config.drag import Drag
-from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
     Coordinate,
     Depth,
+    NotNegative,
     Order,
     Place,
     Positive,
 )
 from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
 from m4e_fmi.files.document import Section, rejected
+
+
+class Drift(Section):
+    """Slowly varying second-order forces of the waves, from a `file` beside the system file.
+
+    Mean drift, for Newman's approximation: WAMIT's .7, .8 or .9, or CSV with columns omega [rad/s],
+    direction [deg], surge, sway [N/m2], yaw [N.m/m2]. Full difference-frequency QTFs: WAMIT's .10d,
+    .11d or .12d. `body` is the number of the body in a WAMIT file; `length_scale` [m] is its ULEN.
+    `reference_point` [x, z], [x, y, z] in space, [m] is where the origin of the file's axes lies in
+    the reference pose, about which its moments are; default: the centre of gravity.
+    """
+
+    file: str
+    body: Annotated[int, Field(ge=1)] = 1
+    length_scale: Positive = 1.0
+    reference_point: Place | None = None
+
+
+class LinearDrag(Section):
+    """Linear drag: `surge`, `sway`, `heave` in N/(m/s), `roll`, `pitch`, `yaw` in N.m/(rad/s)."""
+
+    surge: NotNegative = 0.0
+    sway: NotNegative = 0.0
+    heave: NotNegative = 0.0
+    roll: NotNegative = 0.0
+    pitch: NotNegative = 0.0
+    yaw: NotNegative = 0.0
+
+
+class Drag(LinearDrag):
+    """Quadratic drag F = −c |v| v at the centre of gravity, and `linear` drag −c v.
+
+    `surge`, `sway`, `heave` in N/(m/s)2, `roll`, `pitch`, `yaw` in N.m/(rad/s)2. Default 0: none.
+    Sway, roll and yaw are motions of space. With `water: moving` v is the velocity relative to the
+    water, waves and current, at the centre of gravity in the reference pose; rotations stay
+    relative to water at rest. With `water: still` it is that of the body. Default: moving, if there
+    is a current, otherwise still.
+    """
+
+    linear: LinearDrag = LinearDrag()
+    water: Literal["still", "moving"] | None = None
+
+    @property
+    def feels_current(self) -> bool:
+        """True of drag in a horizontal motion, in moving water."""
+        slows = any((self.surge, self.sway, self.linear.surge, self.linear.sway))
+        return slows and self.water != "still"
+
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 

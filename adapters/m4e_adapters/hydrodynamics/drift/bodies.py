@@ -18,8 +18,8 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift
 from m4e_adapters.hydrodynamics.geometry.motions import X_Y_PAIRS, Motion
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.motions import Motions
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Recorder
 
@@ -27,16 +27,16 @@ FULL_REFLECTION = 0.5  # mean drift per width of a body that sends all waves bac
 DOUBTFUL = 20.0  # width of a body over the cube root of its displaced volume
 
 
-def drifts_and_problems(
+def read_drifts(
     config: HydrodynamicsConfig,
     folder: Path,
     *,
     centers: Mapping[str, tuple[float, ...]],
-    water: Water,
-) -> tuple[dict[str, BodyDrift], list[Problem]]:
-    """The drift of the bodies that have some, and the problems of all; files are in `folder`.
+    water: Water | Coefficients,
+) -> dict[str, BodyDrift]:
+    """The drift of the bodies that have some; InputError with all problems.
 
-    `centers` of gravity [m] are those of the bodies that move, in `water`.
+    `centers` of gravity [m] are those of the bodies that move, in `water`; files are in `folder`.
     """
     found, problems = dict[str, BodyDrift](), list[Problem]()
     for name, body in config.bodies.items():
@@ -46,15 +46,15 @@ def drifts_and_problems(
             found[name] = read_drift(body.drift, center=centers[name], water=water, folder=folder)
         except InputError as error:
             problems += _placed(error, name)
-    return found, problems
+    InputError.raise_for(problems)
+    return found
 
 
 def _placed(error: InputError, body: str) -> list[Problem]:
     """The problems of a body's drift, with their place in the configuration if in no other file."""
-    inside = [problem.keys or ("drift", "file") for problem in error.problems]
     return [
-        problem if problem.file else replace(problem, keys=("bodies", body, *keys))
-        for problem, keys in zip(error.problems, inside, strict=True)
+        p if p.file else replace(p, keys=("bodies", body, *(p.keys or ("drift", "file"))))
+        for p in error.problems
     ]
 
 

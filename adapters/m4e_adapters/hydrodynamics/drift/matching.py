@@ -7,9 +7,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.drift.factors import factorised
-from m4e_adapters.hydrodynamics.drift.interpolation import FINEST, WIDEST, at_frequency, harmonics
-from m4e_adapters.hydrodynamics.drift.recording import Directed, Drifting, FixedDrift, Paired
+from m4e_adapters.hydrodynamics.drift.recording import (
+    FINEST,
+    WIDEST,
+    Directed,
+    Drifting,
+    FixedDrift,
+    Paired,
+    at_frequency,
+    factorised,
+    harmonics,
+)
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift, Qtf
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.errors import InputError
@@ -51,11 +59,6 @@ def matched(
         table.motions,
         [[table.values[:, place] for place in own] for own in places],
     )
-
-
-def is_fixed(drifting: Drifting) -> bool:
-    """True if directions and heading must stay as they are."""
-    return not isinstance(drifting, Directed)
 
 
 def _directions(system: WaveSystem, heading: float) -> list[float]:

@@ -2,28 +2,157 @@
 
     F = Σ λ |Σ_i r_i a_i u_i e^{−iθ_i}|²        r_i the ramp, θ_i at the point that phases are of
 
-with the u of `factors`: for mean drift √D and √−D, for full QTFs the factors between which they are
+with the u below: for mean drift √D and √−D, for full QTFs the factors between which they are
 linear. A force costs 4 operations of each wave and sign of its mean drift in a step, or 8 of each
 wave and factor; the factors a u depend on parameters only.
+
+Sums over pairs of waves as squares of sums over waves.
+
+A Hermitian matrix of QTFs is Q = Σ_r λ_r u_r u_rᴴ, so that the force is
+
+    F = Σ_r λ_r |Σ_i a_i u_r(ω_i) e^{−iθ_i}|²
+
+with as many terms r as Q has eigenvalues that matter. Between the frequencies of the file the u_r
+are linear, Q bilinear. Small QTFs count as large ones: eigenvalues are those of Q_ij/(s_i s_j),
+with s_i² the largest modulus in row i, and the rest that is left out is below `LEFT_OUT` of it
+(Frobenius norms).
+
+Newman's approximation Q_ij = ±√(D_i D_j), 0 where the signs differ, has one term for each sign.
+
+Drift at the frequencies and directions of waves, which may be numbers or recorded scalars.
+
+Over frequency tables are linear. Below their first frequency ω₀ drift falls as (ω/ω₀)⁴; above the
+last one it keeps its value, since all of a short wave is reflected. Over direction mean drift is a
+sum of harmonics e^{ijβ} through the values at directions all around.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.drift.factors import Factors
-from m4e_adapters.hydrodynamics.drift.interpolation import (
-    Number,
-    at_direction,
-    at_frequency,
-    fall,
-)
+from m4e_adapters.hydrodynamics.drift.tables import MeanDrift
 from m4e_adapters.hydrodynamics.geometry.motions import Motion
-from m4e_adapters.hydrodynamics.seas.recorded_waves import RecordedWaves
-from m4e_fmi.program import Scalar, cos, maximum, sin, sqrt
+from m4e_adapters.hydrodynamics.seas.excitation import multiples
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedWaves
+from m4e_fmi.program import Scalar, cos, maximum, minimum, sin, sqrt
+
+Number = Scalar | float
+FALL = 4  # power of the frequency below a table
+WIDEST, FINEST = 45.0, 5.0  # deg: steps of directions all around
+SAME = 1e-3  # deg
+
+
+def harmonics(table: MeanDrift) -> np.ndarray | None:
+    """g (nω, M + 1, m) [N/m2, N.m/m2] with D = Re Σ_j g_j e^{ijβ}; None: not all around.
+
+    Directions with unequal steps are completed by periodic cubic splines; their steps have a common
+    divisor of `FINEST` at least.
+    """
+    from scipy.interpolate import CubicSpline
+
+    closed = np.append(table.directions, table.directions[0] + 360.0)
+    steps = np.diff(closed)
+    if steps.max() > WIDEST + SAME:
+        return None
+    counts = range(round(360.0 / WIDEST), round(360.0 / FINEST) + 1)
+
+    def apart(step: float) -> np.ndarray:
+        """Distances [deg] of the steps (n,) from multiples of one."""
+        return np.abs(steps - step * np.rint(steps / step))
+
+    count = next((n for n in counts if (apart(360.0 / n) < SAME).all()), None)
+    if count is None:
+        return None
+    values = np.concatenate([table.values, table.values[:, :1]], axis=1)
+    spline = CubicSpline(closed, values, axis=1, bc_type="periodic")
+    even = table.directions[0] + 360.0 / count * np.arange(count)
+    found = np.fft.rfft(spline(even), axis=1) / count
+    orders = np.arange(found.shape[1])
+    found *= np.exp(-1j * math.radians(float(table.directions[0])) * orders)[:, None]
+    twice = (orders > 0) & (2 * orders < count)
+    return np.where(twice, 2.0, 1.0)[:, None] * found
+
+
+def at_frequency(omega: Number, knots: np.ndarray, columns: np.ndarray) -> list[Number]:
+    """Values of `columns` (nω, q) at `omega` [rad/s], linear between `knots` (nω,) [rad/s].
+
+    In the units of the columns; beyond the knots those at the ends.
+    """
+    if not isinstance(omega, Scalar):
+        return [float(np.interp(omega, knots, column)) for column in columns.T]
+    found: list[Number] = columns[0].tolist()
+    for k, (low, high) in enumerate(pairwise(knots.tolist())):
+        share = minimum(maximum((omega - low) * (1.0 / (high - low)), 0.0), 1.0)
+        gains = (columns[k + 1] - columns[k]).tolist()
+        found = [value + share * gain for value, gain in zip(found, gains, strict=True)]
+    return found
+
+
+def fall(omega: Number, first: float) -> Number:
+    """The factor of drift at `omega` [rad/s] below the `first` of a table [rad/s], 1 above."""
+    if not isinstance(omega, Scalar):
+        return min(omega / first, 1.0) ** FALL
+    return minimum(omega * (1.0 / first), 1.0) ** FALL
+
+
+def at_direction(
+    table: np.ndarray, angle: Number, offsets: np.ndarray, rows: Sequence[Sequence[Number]]
+) -> Iterator[list[Number]]:
+    """Mean drift of each wave and motion, for harmonics of waves, real parts first, in `rows`.
+
+    Waves travel to `angle` + `offsets` (k,) [rad] from the hull's axis; `table` (nω, M + 1, m) is
+    what the rows are of, in N/m2 and N.m/m2.
+    """
+    _, orders, motions = table.shape
+    turns = multiples(angle, orders - 1)
+    half = orders * motions
+    for row, offset in zip(rows, offsets.tolist(), strict=True):
+        drift: list[Number] = [0.0] * motions
+        for j, (c, s) in enumerate(turns):
+            cosine, sine = math.cos(j * offset), math.sin(j * offset)
+            for m in range(motions):
+                real, imaginary = row[j * motions + m], row[half + j * motions + m]
+                even = cosine * real - sine * imaginary
+                odd = sine * real + cosine * imaginary
+                drift[m] = drift[m] + even * c - odd * s
+        yield drift
+
+
+LEFT_OUT = 1e-3  # of the norm of the scaled QTFs
+SMALLEST = 1e-3  # scale of a row over the largest
+
+
+@dataclass(frozen=True)
+class Factors:
+    """`values` λ (r,) [1] and `shapes` u (nω, r) [√(N/m2), √(N.m/m2)] of one QTF."""
+
+    values: np.ndarray
+    shapes: np.ndarray = field(repr=False)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Σ λ u uᴴ, (nω, nω) [N/m2, N.m/m2]."""
+        return (self.shapes * self.values) @ self.shapes.conj().T
+
+
+def factorised(qtf: np.ndarray) -> Factors:
+    """Factors of a Hermitian `qtf` (nω, nω) [N/m2, N.m/m2], without `LEFT_OUT` of it."""
+    squares = np.abs(qtf).max(axis=1)
+    if not squares.any():
+        return Factors(np.zeros(0), np.zeros((len(qtf), 0), dtype=complex))
+    scales = np.sqrt(np.maximum(squares, SMALLEST**2 * squares.max()))
+    values, shapes = np.linalg.eigh(qtf / np.outer(scales, scales))
+    order = np.argsort(-np.abs(values))
+    values, shapes = values[order], shapes[:, order]
+    rest = np.sqrt(np.maximum(np.cumsum(values[::-1] ** 2)[::-1], 0.0))
+    kept = int(np.sum(rest > LEFT_OUT * rest[0]))
+    return Factors(values[:kept], scales[:, None] * shapes[:, :kept])
+
 
 Pair = tuple[Number, Number]
 FLOOR = 1e-14  # of the largest mean drift: at √0 there is no derivative

@@ -26,11 +26,10 @@ _FULL = 360.0
 
 
 @dataclass(frozen=True)
-class MeanDrift:
-    """Mean drift per squared wave amplitude, `values` (nω, nβ, m) [N/m2, N.m/m2].
+class _Table:
+    """Values at `omega` (nω,) [rad/s] and `directions` (nβ,) [deg] from 0 to 360, increasing.
 
-    At `omega` (nω,) [rad/s] and `directions` (nβ,) [deg] from 0 to 360, both increasing, for m
-    `motions`. `name` is the file's. `notes` are lines on how it was read.
+    For m `motions`. `name` is the file's. `notes` are lines on how it was read.
     """
 
     name: str
@@ -41,19 +40,15 @@ class MeanDrift:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Qtf:
+class MeanDrift(_Table):
+    """Mean drift per squared wave amplitude, `values` (nω, nβ, m) [N/m2, N.m/m2]."""
+
+
+class Qtf(_Table):
     """Difference-frequency QTFs, `values` (nβ, m, nω, nω) [N/m2, N.m/m2], each Hermitian.
 
-    For pairs of waves in one direction; attributes as of `MeanDrift`.
+    For pairs of waves in one direction.
     """
-
-    name: str
-    omega: np.ndarray = field(repr=False)
-    directions: np.ndarray = field(repr=False)
-    motions: tuple[Motion, ...]
-    values: np.ndarray = field(repr=False)
-    notes: tuple[str, ...] = ()
 
     @property
     def mean(self) -> MeanDrift:

@@ -2,6 +2,11 @@
 
 Each frequency is computed and kept by itself: an interrupted computation goes on where it was, and
 frequencies that two tables have in common are computed once.
+
+Froude-Krylov's part of the excitation: that of the undisturbed waves.
+
+It is the part that Capytaine adds to the diffraction, summed over the same panels in the same way:
+what is left of the excitation without it is the diffraction as it was solved.
 """
 
 from __future__ import annotations
@@ -17,7 +22,8 @@ from numpy.typing import ArrayLike
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow import cache
-from m4e_adapters.hydrodynamics.flow.flow_solver import METHOD, FlowSolver
+from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
+from m4e_adapters.hydrodynamics.flow.flow_solver import METHOD, FlowSolver, capytaine_body
 from m4e_adapters.hydrodynamics.flow.gap_lid import DampedLid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
@@ -73,11 +79,16 @@ def solve_hulls(
     directions = [wave_directions(hulls, water, w, wave_direction) for w in frequencies]
     questions = list(zip(frequencies, directions, strict=True))
     keys = [cache.content_key({**content, "omega": w, "directions": d}) for w, d in questions]
-    found = list(_cached(keys, progress))
+    found = [cache.found(key, progress) for key in keys]
     missing = [k for k, arrays in enumerate(found) if arrays is None]
+    if count := len(keys) - len(missing):
+        part = "" if not missing else f" of {count} of {len(keys)} frequencies"
+        progress(f"potential flow: coefficients{part} taken from the cache")
     if missing:
-        for k, arrays in _computed(hulls, water, gap_lid, questions, missing, progress):
-            found[k] = arrays
+        solver = FlowSolver(hulls, water, gap_lid)
+        for number, k in enumerate(missing, start=1):
+            progress(f"potential flow: frequency {number} of {len(missing)}")
+            found[k] = arrays = solver.at(*questions[k])
             cache.keep(keys[k], arrays, progress)
     solutions = [arrays for arrays in found if arrays is not None]
     for text in dict.fromkeys(str(t) for arrays in solutions for t in arrays["warnings"]):
@@ -92,52 +103,29 @@ def solve_hulls(
 
 
 def without_flow(
-    hulls: Sequence[Hull], *, water: Water, omega: np.ndarray, wave_direction: float = 0.0
+    hulls: Sequence[Hull],
+    *,
+    water: Water,
+    omega: np.ndarray,
+    wave_direction: float = 0.0,
+    rings: Sequence[np.ndarray] | None = None,
 ) -> Coefficients:
     """Coefficients with the hydrostatics alone, computed at once; those of the flow are 0.
 
-    `omega` (nω,) [rad/s]; arguments as of `solve_hulls`.
+    `omega` (nω,) [rad/s]; arguments as of `solve_hulls`. The excitation is that of `rings`, as of
+    `assembled`, if they are given.
     """
     moving = moving_hulls(hulls)
-    n, count = sum(len(MOTIONS[len(hull.center)]) for hull in moving), len(omega) + 1
-    table: Arrays = {
-        "added_mass": np.zeros((count, n, n)),
-        "radiation_damping": np.zeros((count, n, n)),
-    }
-    rings = [np.zeros((1, n), dtype=complex)] * len(omega)
+    n = sum(len(MOTIONS[len(hull.center)]) for hull in moving)
+    nothing = np.zeros((len(omega) + 1, n, n))
+    table = {"added_mass": nothing, "radiation_damping": nothing.copy()}
+    rings = rings or [np.zeros((1, n), dtype=complex)] * len(omega)
     return assembled(moving, water, omega, wave_direction, table, rings)
 
 
 def moving_hulls(hulls: Sequence[Hull]) -> list[Hull]:
     """Those that are not fixed."""
     return [hull for hull in hulls if not hull.fixed]
-
-
-def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
-    """Content of the cache under each key; None where nothing is that can be used."""
-    count = 0
-    for key in keys:
-        arrays = cache.found(key, progress)
-        count += arrays is not None
-        yield arrays
-    if count:
-        part = "" if count == len(keys) else f" of {count} of {len(keys)} frequencies"
-        progress(f"potential flow: coefficients{part} taken from the cache")
-
-
-def _computed(
-    hulls: Sequence[Hull],
-    water: Water,
-    gap_lid: DampedLid | None,
-    questions: Sequence[tuple[float, list[float]]],
-    missing: Sequence[int],
-    progress: Progress,
-) -> Iterator[tuple[int, Arrays]]:
-    """Place and solution of each of the `missing` frequencies, as they are computed."""
-    solver = FlowSolver(hulls, water, gap_lid)
-    for count, k in enumerate(missing, start=1):
-        progress(f"potential flow: frequency {count} of {len(missing)}")
-        yield k, solver.at(*questions[k])
 
 
 def wave_directions(
@@ -220,7 +208,9 @@ def warn_of_coarse_panels(
     """
     for hull in hulls:
         limit = resolved_frequency(hull, water)
-        matters = min(highest, max(_memory_limit(hull, water), needed))
+        size = memory_size(hull.hydrostatics.volume, hull.hydrostatics.waterplane[0])
+        radiates = math.sqrt(MEMORY_REACH * water.gravity / size)  # up to there
+        matters = min(highest, max(radiates, needed))
         if matters <= limit:
             continue
         k, longest = (
@@ -235,12 +225,6 @@ def warn_of_coarse_panels(
             f" m) are coarse for waves above {limit:.3g} rad/s, the highest that matter to it are "
             f"of {matters:.3g}: use more panels{about} or a lower frequencies.maximum"
         )
-
-
-def _memory_limit(hull: Hull, water: Water) -> float:
-    """Angular frequency [rad/s] up to which the body radiates."""
-    size = memory_size(hull.hydrostatics.volume, hull.hydrostatics.waterplane[0])
-    return math.sqrt(MEMORY_REACH * water.gravity / size)
 
 
 def assembled(
@@ -276,9 +260,6 @@ def assembled(
         excitation=np.array([ring[0] for ring in rings]).reshape(-1, n),
         hydrostatic_stiffness=stiffness,
         buoyancy=buoyancy,
-    )
-    result = replace(
-        result,
         wave_direction=wave_direction,
         density=water.density,
         depth=water.depth,
@@ -302,3 +283,53 @@ def _with_harmonics(coefficients: Coefficients, rings: Sequence[np.ndarray]) -> 
     turns = np.exp(1j * np.radians(beta) * np.arange(-most, most + 1))
     excitation = np.einsum("khn,h->kn", harmonics, turns) * coefficients.way(omega, beta)
     return replace(coefficients, harmonics=harmonics, excitation=excitation)
+
+
+WHOLE = ("froude_krylov", "diffraction")
+
+
+def excited_by(
+    coefficients: Coefficients, hulls: Sequence[Hull], parts: tuple[str, ...]
+) -> Coefficients:
+    """`coefficients`, solved for `hulls`, with those `parts` of the excitation alone."""
+    if parts == WHOLE:
+        return coefficients
+    if not parts:
+        return coefficients.without_excitation()
+    undisturbed = _undisturbed(coefficients, hulls)
+    excitation, harmonics = undisturbed.excitation, undisturbed.harmonics
+    if parts == ("diffraction",):
+        excitation = coefficients.excitation - excitation
+        harmonics = coefficients.harmonics - harmonics
+    return replace(coefficients, excitation=excitation, harmonics=harmonics, excited_by=parts)
+
+
+def _undisturbed(coefficients: Coefficients, hulls: Sequence[Hull]) -> Coefficients:
+    """Coefficients of the same hulls whose excitation is Froude-Krylov's part."""
+    c = coefficients
+    water = Water(density=c.density, depth=c.depth, gravity=c.gravity)
+    return without_flow(
+        hulls,
+        water=water,
+        omega=c.omega,
+        wave_direction=c.wave_direction,
+        rings=[*_rings(c, hulls, water)],
+    )
+
+
+def _rings(c: Coefficients, hulls: Sequence[Hull], water: Water) -> Iterator[np.ndarray]:
+    """The force (nβ, n) [N/m, N.m/m] at each frequency, in the directions of its solution."""
+    body, felt = capytaine_body(import_capytaine(), hulls), felt_motions(hulls)
+    x, y, z = np.asarray(body.mesh.faces_centers).T
+    for omega in c.omega.tolist():
+        k = float(wavenumber(np.array(omega), depth=c.depth, gravity=c.gravity))
+        head = np.exp(k * z)
+        if np.isfinite(c.depth):
+            head = (head + np.exp(-k * (z + 2 * c.depth))) / (1 + np.exp(-2 * k * c.depth))
+        ring = []
+        for direction in np.radians(wave_directions(hulls, water, omega, c.wave_direction)):
+            way = k * (x * np.cos(direction) + y * np.sin(direction))
+            pressure = c.density * c.gravity * head * np.exp(1j * way)
+            forces = body.integrate_pressure(pressure)
+            ring.append([forces[name] for name in body.dofs])
+        yield np.array(ring) @ felt

@@ -14,6 +14,7 @@ from m4e_fmi.errors import InputError
 
 FLAT = 1e-6  # area of a panel over the square of its longest side, of one that is a line
 LONGEST = 1000.0  # m, of hulls
+Wrong = Callable[[str, str], InputError]
 
 
 def place(point: Sequence[float] | np.ndarray) -> str:
@@ -49,28 +50,39 @@ def checked(panels: Panels, name: str) -> Panels:
         return InputError.single(f"body {name!r}: {message}", remedy)
 
     check_edges(panels, wrong)
-    shells = sorted(panels.shells(), key=lambda shell: abs(hydrostatics_of(shell).volume))
-    outwards = [shell if hydrostatics_of(shell).volume > 0 else shell.reversed for shell in shells]
-    for first, second in combinations(outwards, 2):
-        if (point := overlap(first, second)) is not None:
-            raise wrong(
-                f"a closed shell is inside the hull {place(point)}",
-                "remove it: a hull is the surface that the water touches; join intersecting parts "
-                "into one surface",
-            )
-    for shell, right in zip(shells, outwards, strict=True):
-        if shell is not right:
-            raise wrong(
-                "the mesh is inverted: the normals point out of the water "
-                f"{place(shell.centers[0])}, the volume within is "
-                f"{hydrostatics_of(shell).volume:.4g} m3",
-                "reverse the order of the vertices of every panel there: normals point into the "
-                "water",
-            )
+    check_shells(panels, wrong)
     return panels
 
 
-def check_edges(panels: Panels, wrong: Callable[[str, str], InputError]) -> None:
+def check_shells(panels: Panels, wrong: Wrong, *, lowered: float = 0.0) -> None:
+    """The error that `wrong` makes of closed shells that are inverted, or inside of others.
+
+    They are below the water, or would be if they were `lowered` [m].
+    """
+    down = np.array([0.0, 0.0, lowered])
+    parts = [Panels(shell.vertices - down, shell.faces) for shell in panels.shells()]
+    volumes = {id(shell): hydrostatics_of(shell).volume for shell in parts}
+    shells = sorted(parts, key=lambda shell: abs(volumes[id(shell)]))
+    outwards = [shell if volumes[id(shell)] > 0 else shell.reversed for shell in shells]
+    for first, second in combinations(outwards, 2):
+        if (point := overlap(first, second)) is not None:
+            raise wrong(
+                f"a closed shell is inside the hull {place(point + down)}",
+                "remove it: a hull is the surface that the water touches; join intersecting parts "
+                "into one surface",
+            )
+    for shell in shells:
+        if volumes[id(shell)] <= 0:
+            raise wrong(
+                "the mesh is inverted: the normals point out of the water "
+                f"{place(shell.centers[0] + down)}, the volume within is "
+                f"{volumes[id(shell)]:.4g} m3",
+                "reverse the order of the vertices of every panel there: normals point into the "
+                "water",
+            )
+
+
+def check_edges(panels: Panels, wrong: Wrong) -> None:
     """The error that `wrong` makes where an edge below the water is not one of two panels."""
 
     def at(edge: tuple[int, int]) -> str:

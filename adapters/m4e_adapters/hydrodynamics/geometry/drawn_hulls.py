@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.config.component import Placed
 from m4e_adapters.hydrodynamics.config.numbers import Place
-from m4e_adapters.hydrodynamics.config.places import Placed
 from m4e_adapters.hydrodynamics.config.shapes import Part
+from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
 from m4e_fmi.model.shapes import reduced
 from m4e_fmi.report.animation.shown import ShownHull
 from m4e_fmi.report.drawing.hulls import CORNERS, SIDES, Hull, turned_hull

@@ -13,9 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, keys_without_effect
+from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
-from m4e_adapters.hydrodynamics.geometry.bed import off_the_bed, on_the_bed
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
 from m4e_adapters.hydrodynamics.geometry.clearance import (
     ROOM,
@@ -23,26 +22,32 @@ from m4e_adapters.hydrodynamics.geometry.clearance import (
     overlap,
     reaching,
 )
-from m4e_adapters.hydrodynamics.geometry.contact import REMEDY, SlidingError, common_walls
+from m4e_adapters.hydrodynamics.geometry.contact import (
+    REMEDY,
+    SlidingError,
+    common_walls,
+    off_the_bed,
+    on_the_bed,
+)
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
     Hydrostatics,
     hydrostatics_of,
     hydrostatics_of_triangles,
 )
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
+from m4e_adapters.hydrodynamics.geometry.mesh_files import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
+from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels, opened
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,
+    horizontal_cylinder_panels,
     revolved_panels,
     sphere_hydrostatics,
     sphere_panels,
 )
-from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels
-from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels, opened
-from m4e_adapters.hydrodynamics.geometry.unions.solids import (
+from m4e_adapters.hydrodynamics.geometry.solids import (
     below_the_water,
     is_symmetric,
     union_of,
@@ -91,16 +96,7 @@ def make_hulls(
     config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
 ) -> tuple[Hull, ...]:
     """The hulls of all bodies in the order of the file; InputError with all problems."""
-    hulls, problems = hulls_and_problems(config, folder, progress=progress)
-    InputError.raise_for(problems)
-    return tuple(hulls)
-
-
-def hulls_and_problems(
-    config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
-) -> tuple[list[Hull], list[Problem]]:
-    """The hulls of those bodies that can have one, and the problems of all."""
-    hulls, problems = [], [*keys_without_effect(config)]
+    hulls, problems = list[Hull](), list[Problem]()
     depth = config.water.depth
     for name, body in config.bodies.items():
         try:
@@ -118,7 +114,8 @@ def hulls_and_problems(
         near = (found for first in others if (found := _too_near(first, second, progress)))
         if (found := next(near, None)) is not None:
             problems.append(Problem(*found, keys=keys))
-    return hulls, problems
+    InputError.raise_for(problems)
+    return tuple(hulls)
 
 
 def _slide(first: Hull, second: Hull, bodies: Mapping[str, Body]) -> bool:

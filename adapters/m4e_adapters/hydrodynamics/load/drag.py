@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Current, Drag
-from m4e_adapters.hydrodynamics.geometry.motions import Motion
 from m4e_adapters.hydrodynamics.heading import Axes, Number, reference_places
 from m4e_adapters.hydrodynamics.load.motions import Motions
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
@@ -104,8 +103,15 @@ def record_drag(
         streams = water.get(k, [0.0] * len(own))
         for motion, v, u in zip(coefficients.body_motions, own, streams, strict=True):
             relative = v - u
-            quadratic = _quadratic(recorder, body, motion, given)
-            total = -quadratic * abs(relative) * relative
+            variable = Variable(
+                f"{body}.drag_{motion.name}",
+                motion.drag_unit,
+                f"quadratic drag in {motion.name}: force -c |v| v",
+                start=getattr(given, motion.name),
+                minimum=0.0,
+                tunable=True,
+            )
+            total = -recorder.parameter(variable) * abs(relative) * relative
             start = getattr(given.linear, motion.name)
             if start:
                 text = f"linear drag in {motion.name}: force -c v"
@@ -116,15 +122,3 @@ def record_drag(
                 total = total - recorder.parameter(variable) * relative
             force.append(total)
     return force
-
-
-def _quadratic(recorder: Recorder, body: str, motion: Motion, given: Drag) -> Scalar:
-    variable = Variable(
-        f"{body}.drag_{motion.name}",
-        motion.drag_unit,
-        f"quadratic drag in {motion.name}: force -c |v| v",
-        start=getattr(given, motion.name),
-        minimum=0.0,
-        tunable=True,
-    )
-    return recorder.parameter(variable)

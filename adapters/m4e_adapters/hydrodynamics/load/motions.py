@@ -14,11 +14,11 @@ from m4e_adapters.hydrodynamics.geometry.motions import PLANE, SPACE, SWAY, YAW
 from m4e_adapters.hydrodynamics.heading import (
     Axes,
     Heading,
+    Number,
     record_filter,
     record_heading,
     reference_places,
 )
-from m4e_adapters.hydrodynamics.seas.sea import Number
 from m4e_fmi.program import Recorder, Scalar, Variable, atan2
 
 Vector = list[Scalar | float]

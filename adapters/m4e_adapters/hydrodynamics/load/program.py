@@ -15,7 +15,8 @@ terms of the third order (of the second about Z, which no force depends on).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
@@ -27,26 +28,37 @@ from m4e_adapters.hydrodynamics.config import (
     Loads,
     Radiation,
 )
+from m4e_adapters.hydrodynamics.drift.bodies import matched_drifts, record_drifts, shown_motions
+from m4e_adapters.hydrodynamics.drift.recording import Directed
 from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import Heading
-from m4e_adapters.hydrodynamics.load.matched_sea import matched_sea
-from m4e_adapters.hydrodynamics.load.motions import record_motions
-from m4e_adapters.hydrodynamics.load.recording import Recording
+from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
+from m4e_adapters.hydrodynamics.load.drag import (
+    bodies_in_moving_water,
+    record_drag,
+    record_water_velocity,
+)
+from m4e_adapters.hydrodynamics.load.motions import Motions, Vector, record_motions
+from m4e_adapters.hydrodynamics.load.outputs import (
+    publish_added_mass,
+    record_displacement,
+    record_outputs,
+)
+from m4e_adapters.hydrodynamics.load.parts import record_hydrostatics, record_memory
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
-from m4e_adapters.hydrodynamics.seas.sea import RecordSea, record_sea
+from m4e_adapters.hydrodynamics.seas.excitation import towards_each
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.sea import HullsInSea, RecordSea, record_sea
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def hydrodynamics_program(
     coefficients: Coefficients,
     *,
     name: str = "hydrodynamics",
-    waves: AnyWaves | None = None,
+    waves: AnyWaves | Sequence[WaveSystem] | None = None,
     drag: Mapping[str, Drag] | None = None,
     current: Current | None = None,
     radiation: Radiation | None = None,
@@ -57,7 +69,7 @@ def hydrodynamics_program(
     sea: RecordSea = record_sea,
     memory: RadiationMemory | None = None,
     folder: Path = Path(),
-    progress: Callable[[str], object] = _silent,
+    progress: Callable[[str], object] = lambda _: None,
 ) -> Program:
     """The load on all bodies of `coefficients`, from any source of these.
 
@@ -86,31 +98,88 @@ def hydrodynamics_program(
         space also the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`,
         `moment_z`.
     """
-    acting = loads or Loads()
+    acting, given, drags = loads or Loads(), drift or {}, drag or {}
     _check_excitation(coefficients, acting)
-    matched = matched_sea(
-        coefficients,
-        waves=waves,
-        drift=drift or {},
-        heading=heading or Heading(),
-        folder=folder,
-        progress=progress,
+    heading = heading or Heading()
+    turns = heading.filter_time is not None
+    made = wave_systems(
+        waves or (), depth=coefficients.depth, gravity=coefficients.gravity, folder=folder
     )
+    systems = [
+        own.within(float(coefficients.omega[0]), float(coefficients.omega[-1])) for own in made
+    ]
+    drifts = matched_drifts(given, coefficients, systems, heading, progress)
+    directed = towards_each(coefficients, systems, heading=heading.angle, turns=turns)
+    of_single = bool(systems) and coefficients.of_single_directions
+    if of_single or not all(isinstance(own, Directed) for own in drifts.values()):
+        heading = replace(heading, fixed=True)
+        systems = [replace(system, fixed=True) for system in systems]
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
-    moved = record_motions(recorder, coefficients, matched.heading)
-    acts = acting.radiation != "none"
-    fitted = memory or _fitted(coefficients, radiation or Radiation(), progress) if acts else None
-    recording = Recording(recorder, coefficients, moved, matched, acting, fitted)
-    return recording.program(sea, drag or {}, current, drift or {}, points or {})
+    moved = record_motions(recorder, coefficients, heading)
+    if memory is None and acting.radiation != "none":
+        kind = radiation or Radiation()
+        convolution = kind.memory == "convolution"
+        memory = fit_radiation(
+            coefficients, order=kind.order, convolution=convolution, progress=progress
+        )
+    parts: dict[str, Vector] = {}
+    if memory is not None and acting.radiation != "none":
+        parts["radiation"] = record_memory(recorder, memory.groups, coefficients, moved.velocity)
+    hulls = _hulls(coefficients, moved, directed, acting, drags, current, points or {})
+    met = sea(recorder, systems, coefficients, hulls)
+    if excited_by := coefficients.excited_by:
+        whole = excited_by[0] if len(excited_by) == 1 else "excitation"
+        parts[whole] = met.excitation
+    if acting.hydrostatics != "none":
+        restoring = record_hydrostatics(recorder, coefficients, moved.displacement)
+        parts = {"hydrostatic": restoring, **parts}
+    if acting.drag != "none":
+        water = record_water_velocity(
+            recorder, coefficients, current, moved, hulls.in_water, met.velocities
+        )
+        parts["drag"] = record_drag(recorder, coefficients, drags, moved.velocity, water)
+    if given:
+        parts["drift"] = record_drifts(recorder, given, drifts, met.waves, coefficients, moved)
+    for k, body in enumerate(coefficients.bodies):
+        own = coefficients.own(k)
+        shown = shown_motions(given.get(body), coefficients)
+        acts = {kind: part[own] for kind, part in parts.items()}
+        record_outputs(recorder, body, coefficients, acts, moved.axes, drifts=shown)
+        held = () if acting.displaced else systems
+        record_displacement(recorder, body, coefficients, moved.displacement[own], k, held)
+    record_air_gaps(recorder, coefficients, moved, hulls.points, met.levels)
+    if "radiation" in parts and memory is not None:
+        publish = recorder.output if turns else recorder.calculate
+        publish_added_mass(publish, coefficients, memory.added_mass_inf, moved.axes)
+    return recorder.program()
 
 
-def _fitted(
-    coefficients: Coefficients, radiation: Radiation, progress: Callable[[str], object]
-) -> RadiationMemory:
-    """The radiation memory that is asked for."""
-    convolution = radiation.memory == "convolution"
-    return fit_radiation(
-        coefficients, order=radiation.order, convolution=convolution, progress=progress
+def _hulls(
+    coefficients: Coefficients,
+    moved: Motions,
+    directed: Sequence[Coefficients],
+    loads: Loads,
+    drags: Mapping[str, Drag],
+    current: Current | None,
+    points: Mapping[str, BodyPoint],
+) -> HullsInSea:
+    """Where the waves are wanted: at bodies, at points for air gaps, and where drag acts.
+
+    Where bodies are displaced, they meet the waves of where they have come to.
+    """
+    on_bodies = points_on_bodies(coefficients, points)
+    acts = loads.drag != "none"
+    in_water = bodies_in_moving_water(coefficients, drags, current) if acts else ()
+    offsets = moved.offsets(coefficients) if loads.displaced else []
+    return HullsInSea(
+        directed,
+        heading=moved.axes.angle if moved.axes else 0.0,
+        places=moved.places,
+        points=on_bodies,
+        in_water=in_water,
+        gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
+        waters=[body.place(coefficients, moved.reference, offsets) for body in in_water],
+        offsets=offsets,
     )
 
 

@@ -1,9 +1,9 @@
 """The radiation memory of a group of coupled motions as a convolution, from B alone.
 
-K(t) is that of `kernel`, the integral that of `history`: no function is fitted. How far the time
-of the integral goes, the memory decides: to where it stays below DECAYED of its largest value, or
-below the noise of its data. What is cut off leaves Re K(jω) slightly negative where B is nearly 0;
-a damping without memory, of that size, makes it passive.
+K(t) and the polynomials of its integral are those of `kernel`: no function is fitted. How far the
+time of the integral goes, the memory decides: to where it stays below DECAYED of its largest value,
+or below the noise of its data. What is cut off leaves Re K(jω) slightly negative where B is nearly
+0; a damping without memory, of that size, makes it passive.
 """
 
 from __future__ import annotations
@@ -13,11 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.memory import history, soundness
-from m4e_adapters.hydrodynamics.memory.group_data import GroupData
-from m4e_adapters.hydrodynamics.memory.group_fit import DISAGREE
-from m4e_adapters.hydrodynamics.memory.kernel import Kernel
-from m4e_adapters.hydrodynamics.memory.radiation_group import MemoryGroup, Misfit
+from m4e_adapters.hydrodynamics.memory import soundness
+from m4e_adapters.hydrodynamics.memory.group_fit import DISAGREE, GroupData, MemoryGroup, Misfit
+from m4e_adapters.hydrodynamics.memory.kernel import Kernel, projected, quadrature, responses
 from m4e_adapters.hydrodynamics.memory.reach import Reach
 from m4e_adapters.hydrodynamics.memory.vector_fitting import Complex
 from m4e_fmi.errors import InputError
@@ -70,7 +68,7 @@ class ConvolutionGroup(MemoryGroup):
 
     def transfer(self, omega: np.ndarray) -> Complex:
         """K(jω) (n, m, m) [N.s/m, N.s, N.m.s] at `omega` (n,) [rad/s]."""
-        states = history.responses(omega, duration=self.duration, count=self.order)
+        states = responses(omega, duration=self.duration, count=self.order)
         return np.tensordot(states, self.weights, axes=1) + np.diag(self.damping)
 
     def impulse_response(self, time: np.ndarray) -> np.ndarray:
@@ -114,13 +112,13 @@ def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
     highest = BEYOND * float(values.ends.max())
     omega = np.linspace(0.0, highest, SHOWN + 1)
     duration = _duration(kernel, float(values.ends.max()))
-    times, steps = history.quadrature(duration, highest)
+    times, steps = quadrature(duration, highest)
     exact = _transformed(omega, times, steps, kernel)
     weights = _weights(kernel, duration, (omega, exact / values.scale), values)
     surcharge = _surcharge(weights / values.scale, duration=duration, highest=highest)
-    more, steps = history.quadrature(kernel.longest - duration, highest)
+    more, steps = quadrature(kernel.longest - duration, highest)
     rest = _transformed(omega, duration + more, steps, kernel) / values.scale
-    states = history.responses(values.omega, duration=duration, count=len(weights))
+    states = responses(values.omega, duration=duration, count=len(weights))
     found = np.tensordot(states, weights.astype(complex), axes=1)
     found += surcharge * np.diag(values.own)
     surplus, misfits = _with_added_mass(values, found)
@@ -183,12 +181,12 @@ def _weights(
     `exact` are frequencies (n,) [rad/s] and what K(jω) (n, m, m) is there, over the largest B.
     """
     omega, response = exact
-    times, steps = history.quadrature(duration, float(omega[-1]))
+    times, steps = quadrature(duration, float(omega[-1]))
     weighted = kernel.at(times) * steps[:, None, None]
     least = 0.5 * duration * float(values.ends.max())  # a polynomial has two waves per π of degree
     for count in (count for count in COUNTS if count > least):
-        weights = history.projected(times, weighted, duration=duration, count=count)
-        states = history.responses(omega, duration=duration, count=count)
+        weights = projected(times, weighted, duration=duration, count=count)
+        states = responses(omega, duration=duration, count=count)
         found = np.tensordot(states, weights / values.scale, axes=1)
         if np.abs(found - response).max() < ACCURATE:
             return weights
@@ -206,7 +204,7 @@ def _surcharge(weights: np.ndarray, *, duration: float, highest: float) -> float
     `highest` [rad/s], above which it falls as 1/ω², and SAMPLES times in each of its waves 2π/T.
     """
     omega = np.linspace(0.0, highest, 1 + int(SAMPLES * highest * duration / (2 * np.pi)))
-    states = history.responses(omega, duration=duration, count=len(weights))
+    states = responses(omega, duration=duration, count=len(weights))
     found = np.tensordot(np.real(states), weights, axes=1)
     least = np.linalg.eigvalsh(0.5 * (found + found.swapaxes(1, 2))).min()
     return float(MARGIN * max(0.0, -least))

@@ -115,14 +115,10 @@ def _moved(samples: Samples, start: Complex, known: Inequalities, evaluations: i
     highest = samples.omega.max()
     slowest, fastest = np.log(SLOWEST * highest), np.log(FASTEST * highest)
     bounds = (np.where(np.arange(order) < len(start), slowest, -np.inf), fastest)
-    inside = np.clip(_logarithms(start), bounds[0] + STEP, fastest - STEP)
+    logarithms = np.log(np.concatenate([-start.real, start.imag[pairs]]))  # of −Re p, then Im p
+    inside = np.clip(logarithms, bounds[0] + STEP, fastest - STEP)
     found = least_squares(misfit, inside, bounds=bounds, max_nfev=evaluations, diff_step=STEP)
     return _poles(found.x, pairs)
-
-
-def _logarithms(poles: Complex) -> np.ndarray:
-    """ln(−Re p) of all poles, then ln(Im p) of the pairs."""
-    return np.log(np.concatenate([-poles.real, poles.imag[poles.imag > 0]]))
 
 
 def _poles(logarithms: np.ndarray, pairs: np.ndarray) -> Complex:

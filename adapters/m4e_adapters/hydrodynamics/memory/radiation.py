@@ -30,8 +30,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory import soundness
 from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup, convolved_group
-from m4e_adapters.hydrodynamics.memory.kept import kept_group
-from m4e_adapters.hydrodynamics.memory.radiation_group import MemoryGroup, RadiationGroup
+from m4e_adapters.hydrodynamics.memory.group_fit import MemoryGroup, RadiationGroup, kept_group
 from m4e_adapters.hydrodynamics.memory.reach import Reach, check_counts
 from m4e_fmi.errors import InputError
 
@@ -57,16 +56,12 @@ class RadiationMemory:
     added_mass_inf: np.ndarray
 
 
-def _silent(_: str) -> None:
-    pass
-
-
 def fit_radiation(
     coefficients: Coefficients,
     *,
     order: int | None = None,
     convolution: bool = False,
-    progress: Callable[[str], object] = _silent,
+    progress: Callable[[str], object] = lambda _: None,
 ) -> RadiationMemory:
     """The memory of all motions; `progress` is told its accuracy, and warnings.
 
@@ -180,12 +175,11 @@ def _beyond(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str
 
 def _report(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str:
     names = ", ".join(data.motions[k] for k in group.motions)
-    motion, at = group.misfit.damping_at
     kind = group.text if isinstance(group, ConvolutionGroup) else f"order {group.order}"
     text = (
         f"radiation of {names}: {kind}, error {100 * group.error:.2g} %, of the "
-        f"damping at most {100 * group.misfit.damping_error:.2g} % ({data.motions[motion]} at "
-        f"{at:.3g} rad/s)"
+        f"damping at most {100 * group.misfit.damping_error:.2g} % "
+        f"({data.motions[int(group.misfit.motion)]} at {group.misfit.omega:.3g} rad/s)"
     )
     ends = np.minimum(data.memory_limits[list(group.motions)], data.omega[-1])
     if group.scattered:

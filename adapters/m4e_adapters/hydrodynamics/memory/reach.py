@@ -76,36 +76,26 @@ def check_counts(data: Coefficients, reach: Reach) -> None:
         if panels:
             text += f", and {used} up to {resolved:.4g} rad/s, where the panels resolve the waves"
         text += f"; a radiation memory needs {soundness.FEWEST} or more"
-        key, remedy = _more_frequencies(data.omega, resolved)
+        remedy = _more_frequencies(data.omega, resolved)
         remedy = f"use more panels for it, or {remedy}" if panels else remedy
-        problems.append(Problem(text, remedy, keys=("frequencies", key)))
+        problems.append(Problem(text, remedy, keys=("frequencies", "count")))
     InputError.raise_for(problems)
 
 
-def _more_frequencies(omega: np.ndarray, end: float) -> tuple[str, str]:
-    """The key and the words for FEWEST frequencies up to `end` [rad/s] in a table as `omega`.
+def _more_frequencies(omega: np.ndarray, end: float) -> str:
+    """The words for FEWEST frequencies up to `end` [rad/s] in a table as `omega`.
 
     That begins at its spacing, unless with another minimum, and ends with wider steps.
     """
-    few, first = soundness.FEWEST, float(omega[0])
     steps = np.diff(omega)
-    even = int((np.cumsum(steps > 1.01 * steps[:1].sum()) == 0).sum())
-    last = float(omega[even])
-    by_default = abs(first * (even + 1) - last) < 0.01 * first
-    count = max(few, math.ceil(few * last / end - 1e-9))
+    last = float(omega[int((np.cumsum(steps > 1.01 * steps[:1].sum()) == 0).sum())])
+    count = max(soundness.FEWEST, math.ceil(soundness.FEWEST * last / end - 1e-9))
     if count > MOST_FREQUENCIES:
-        remedy = (
+        return (
             "put bodies of so different sizes into hydrodynamics components of their own (each "
             "then feels no waves radiated by the others)"
         )
-        return "count", remedy
-    if by_default:
-        return "count", f"use a frequencies.count of {count} or more"
-    if first >= end:
-        remedy = f"leave out frequencies.minimum, and use a frequencies.count of {count} or more"
-        return "minimum", remedy
-    count = max(few, 1 + math.ceil((few - 1) * (last - first) / (end - first) - 1e-9))
-    return "count", f"use a frequencies.count of {count} or more, or a lower frequencies.minimum"
+    return f"use a frequencies.count of {count} or more, without a frequencies.minimum"
 
 
 def _tail(data: Coefficients, motion: int, limit: float) -> float:

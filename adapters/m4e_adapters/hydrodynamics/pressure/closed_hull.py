@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sphere
-from m4e_adapters.hydrodynamics.geometry.checks import check_edges
-from m4e_adapters.hydrodynamics.geometry.clearance import overlap
-from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.config import Box, Shape, Sphere
+from m4e_adapters.hydrodynamics.geometry.checks import Wrong, check_edges, check_shells, place
+from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
-from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, revolved_panels, sphere_panels
-from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels
-from m4e_adapters.hydrodynamics.geometry.unions.solids import union_of
+from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels
+from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
+from m4e_adapters.hydrodynamics.geometry.solids import union_of, upright, whole_revolved
 from m4e_adapters.hydrodynamics.pressure.config import HullBody, HullPressureConfig
 from m4e_fmi.errors import InputError, Problem
 
 Bodies = dict[str, Panels]
-Wrong = Callable[[str, str], InputError]
 TO_THE_DECK = "mesh the whole hull up to the deck, closed, not only what is below the water"
 
 
@@ -69,7 +64,7 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
     try:
         _check_closed(panels, wrong)
         _check_height(panels, wrong)
-        _check_shells(panels, wrong)
+        check_shells(panels, wrong, lowered=panels.vertices[:, 2].max() + panels.size)
     except InputError as error:
         raise InputError([replace(p, file=file, keys=keys) for p in error.problems]) from None
     return panels
@@ -78,30 +73,14 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
 def _drawn(shape: Shape, count: int) -> Panels:
     """The surface of a built-in shape; that of a sphere or box displaces its exact volume."""
     if shape.cylinder is not None:
-        return _revolved(_profile(shape.cylinder), count)
+        whole = upright(shape.cylinder, shape.cylinder.freeboard or 0.0)
+        return whole_revolved(whole, count, whole.profile[-1][1] + 1.0)
     if shape.revolved is not None:
-        return _revolved(shape.revolved, count)
+        return whole_revolved(shape.revolved, count, shape.revolved.profile[-1][1] + 1.0)
     if shape.sphere is not None:
         return _sphere(shape.sphere, count)
     assert shape.box is not None
     return _box(shape.box, count)
-
-
-def _profile(cylinder: Cylinder) -> Revolved:
-    freeboard = cylinder.freeboard or 0.0
-    return Revolved(
-        profile=((cylinder.radius, -cylinder.draft), (cylinder.radius, freeboard)),
-        center_x=cylinder.center_x,
-        center_y=cylinder.center_y,
-    )
-
-
-def _revolved(shape: Revolved, count: int) -> Panels:
-    """A body of revolution: drawn below the water, where none of it is cut off, and lifted."""
-    lowered = shape.profile[-1][1] + 1.0
-    profile = tuple((radius, z - lowered) for radius, z in shape.profile)
-    panels = revolved_panels(shape.model_copy(update={"profile": profile}), count)
-    return Panels(panels.vertices + np.array([0.0, 0.0, lowered]), panels.faces)
 
 
 def _sphere(shape: Sphere, count: int) -> Panels:
@@ -140,10 +119,10 @@ def _check_closed(panels: Panels, wrong: Wrong) -> None:
         raise wrong(
             "the mesh is open at the waterline: it has no part above the water", TO_THE_DECK
         )
-    x, y, z = panels.vertices[list(unshared[0])].mean(axis=0)
+    where = place(panels.vertices[list(unshared[0])].mean(axis=0))
     raise wrong(
-        f"the mesh is not closed: {len(unshared)} edges belong to one panel only, the first near "
-        f"x = {x:.4g}, y = {y:.4g}, z = {z:.4g} m",
+        f"the mesh is not closed: {len(unshared)} edges belong to one panel only, the first "
+        f"{where}",
         f"close the holes, or join panels that do not share their vertices; {TO_THE_DECK}",
     )
 
@@ -160,28 +139,6 @@ def _check_height(panels: Panels, wrong: Wrong) -> None:
     if abs(high) < reach:
         raise wrong(
             "the hull ends at the still-water level: it has no part above the water", TO_THE_DECK
-        )
-
-
-def _check_shells(panels: Panels, wrong: Wrong) -> None:
-    """Inverted shells, and shells inside of others."""
-    lowered = np.array([0.0, 0.0, panels.vertices[:, 2].max() + panels.size])
-    shells = [Panels(s.vertices - lowered, s.faces) for s in panels.shells()]
-    volumes = [hydrostatics_of(shell).volume for shell in shells]
-    outwards = [s if v > 0 else s.reversed for s, v in zip(shells, volumes, strict=True)]
-    for first, second in combinations(outwards, 2):
-        if (point := overlap(first, second)) is not None:
-            x, y, z = point + lowered
-            raise wrong(
-                f"a closed shell is inside the hull near x = {x:.4g}, y = {y:.4g}, z = {z:.4g} m",
-                "remove it: a hull is the surface that the water touches; join intersecting parts "
-                "into one surface",
-            )
-    if min(volumes) < 0:
-        raise wrong(
-            f"the mesh is inverted: the normals point into the body, the volume within is "
-            f"{min(volumes):.4g} m3",
-            "reverse the order of the vertices of every panel: normals point out of the body",
         )
 
 

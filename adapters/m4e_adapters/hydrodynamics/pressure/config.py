@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import ValidationError
 
+from m4e_adapters.hydrodynamics.config.component import misplaced, out_of_plane
 from m4e_adapters.hydrodynamics.config.numbers import Place
-from m4e_adapters.hydrodynamics.config.places import misplaced, out_of_plane
 from m4e_adapters.hydrodynamics.config.sections import NAME, Water
 from m4e_adapters.hydrodynamics.config.shapes import Box, Cylinder, Part, Shape
-from m4e_adapters.hydrodynamics.config.waves import Still, Waves
+from m4e_adapters.hydrodynamics.config.waves import Still, Waves, flow_problems
 from m4e_fmi.files.document import Section, rejected
 
 DRAWN = ("box", "cylinder", "sphere", "revolved", "mesh")
@@ -86,8 +86,9 @@ class HullPressureConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HullPressureConfig:
         wrong = [*misplaced(self.bodies, self.dimensions)]
+        wrong += flow_problems(self.waves, None, depth=self.water.depth, dimensions=self.dimensions)
         if self.dimensions == 2:
-            wrong += out_of_plane(self.bodies, self.waves)
+            wrong += out_of_plane(self.bodies)
         if wrong:
             raise ValidationError.from_exception_data("hull_pressure", wrong)
         return self

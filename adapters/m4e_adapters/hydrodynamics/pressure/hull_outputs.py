@@ -8,8 +8,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from .hull_load import HullLoad, Load
-from .incident_waves import IncidentWaves
+from .hull_load import HullLoad, IncidentWaves, Load
 
 POSE = ("x", "y", "z", "phi", "theta", "psi")
 FORCES = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")

@@ -19,8 +19,8 @@ from itertools import pairwise
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.seas.recorded_waves import RecordedWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Scalar, cos, maximum, minimum, sin
 

@@ -11,10 +11,16 @@ from dataclasses import dataclass, field
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Water
+from m4e_adapters.hydrodynamics.load.body_points import OnBody
+from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow, Triple
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import (
+    Number,
+    RecordedFlow,
+    RecordedWaves,
+    Triple,
+)
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
 
@@ -42,14 +48,16 @@ class HullsInSea:
 
     `directed` are the coefficients for each system, of `towards_each`. In space the axes of the
     hulls have the `heading` [rad], and the bodies' reference `places` are (x, y) [m]; with
-    `offsets` (x, y) [m] of the bodies from there the excitation is that where they are. `gauges`
-    (x, y) [m] are the points whose elevation is wanted, `waters` (x, y, z) [m], z ≤ 0, those whose
-    velocity is.
+    `offsets` (x, y) [m] of the bodies from there the excitation is that where they are. Wanted are
+    the elevation at `points`, whose places are `gauges` (x, y) [m], and the velocity at the bodies
+    `in_water`, at `waters` (x, y, z) [m], z ≤ 0.
     """
 
     directed: Sequence[Coefficients]
     heading: Number = 0.0
     places: Sequence[tuple[Number, Number]] = ()
+    points: Sequence[OnBody] = ()
+    in_water: Sequence[InWater] = ()
     gauges: Sequence[tuple[Number, Number]] = ()
     waters: Sequence[Triple] = ()
     offsets: Sequence[tuple[Number, Number]] = ()
@@ -71,28 +79,32 @@ def needed_frequency(waves: Sequence[WaveSystem]) -> float:
     return max((system.needed for system in waves), default=0.0)
 
 
-def waves_beyond(
-    waves: Sequence[WaveSystem], highest: float, limit: float
-) -> tuple[str, str] | None:
-    """Problem and remedy if excitation computed up to `highest` [rad/s] is too little.
+def check_frequencies(
+    waves: Sequence[WaveSystem],
+    highest: float,
+    limit: float,
+    *,
+    keys: tuple[str | int, ...] = ("waves",),
+) -> None:
+    """InputError at `keys` if excitation that is known up to `highest` [rad/s] is too little.
 
-    Irregular seas may have more above `limit`, where waves are short for all bodies.
+    Irregular seas may have more above `limit` [rad/s], where waves are short for all bodies.
     """
     for system in waves:
         needed = system.needed
         falls = not system.regular and highest >= limit * (1 - 1e-9)
         if falls or needed <= highest * (1 + 1e-9):
             continue
-        if system.regular:
-            text = f"the wave has {needed:.4g} rad/s"
-        else:
+        text = f"the wave has {needed:.4g} rad/s"
+        if not system.regular:
             text = f"the waves need excitation up to {needed:.4g} rad/s ({system.reach})"
             needed = min(needed, limit)
-        return (
+        raise InputError.single(
             f"{text}, the coefficients end at {highest:.4g} rad/s",
-            f"raise frequencies.maximum to {needed:.4g} or leave it out, or use longer waves",
+            "use longer waves, or coefficients that reach "
+            f"{needed:.4g} rad/s (raise frequencies.maximum, or leave it out)",
+            keys=keys,
         )
-    return None
 
 
 def record_sea(
@@ -106,7 +118,7 @@ def record_sea(
     The elevation at the gauges and the velocity of the waters are ramped too; this is of linear
     theory.
     """
-    check_frequencies(waves, coefficients)
+    check_frequencies(waves, float(coefficients.omega[-1]), coefficients.memory_limit)
     elevation: Number = 0.0
     forces: list[Number] = [0.0] * len(coefficients.motions)
     levels: list[Number] = [0.0] * len(hulls.gauges)
@@ -170,11 +182,3 @@ def record_elevation_input(recorder: Recorder, dimensions: int) -> None:
     text = "elevation of the undisturbed water at x = y = 0"
     elevation = recorder.input(Variable(ELEVATION_INPUT, "m", text))
     recorder.output(elevation_at_origin(dimensions), elevation)
-
-
-def check_frequencies(waves: Sequence[WaveSystem], coefficients: Coefficients) -> None:
-    """InputError if `waves` are shorter than those that the excitation was computed for."""
-    known = float(coefficients.omega[-1])
-    problem = waves_beyond(waves, known, coefficients.memory_limit)
-    if problem:
-        raise InputError.single(*problem)

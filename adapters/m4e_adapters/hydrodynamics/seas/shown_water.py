@@ -33,7 +33,7 @@ def floor_of(water: Water) -> float | None:
 def _train(system: WaveSystem, values: Mapping[str, float]) -> Train:
     omega, amplitude, direction = system.known(values)
     number = wavenumber(omega, depth=system.depth, gravity=system.gravity)
-    ramp = system.default_ramp if system.ramp_time is None else system.ramp_time
+    ramp = system.ramp_time
     if ramp:  # else there is no such parameter
         ramp = values.get(f"{system.name}.ramp_time", ramp)
     phase = system.known_phases(values)

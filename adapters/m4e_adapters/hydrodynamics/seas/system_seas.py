@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -11,12 +10,11 @@ from typing import Protocol
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Current, Water
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number
-from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights, wave_doubts
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem, breaking_heights, wave_doubts
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
 from m4e_adapters.hydrodynamics.seas.water.moving_water import MOVED
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.errors import InputError
@@ -25,21 +23,19 @@ from m4e_fmi.program import Program, Recorder, Variable
 COMPONENTS = 300  # of a sea that is asked for
 
 
-class SystemWaves(ABC):
+class SystemWaves:
     """Answers about waves that forces of any wave give alike, whatever the forces are.
 
-    They are part of `m4e_fmi.analysis.response.WaveForces`.
+    They are part of `m4e_fmi.analysis.response.WaveForces`. `systems` are those configured,
+    `surroundings` depth [m] and gravity [m/s2].
     """
 
-    @property
-    @abstractmethod
-    def systems(self) -> Sequence[WaveSystem]:
-        """The configured systems of waves."""
+    systems: Sequence[WaveSystem]
 
     @property
-    @abstractmethod
     def surroundings(self) -> tuple[float, float]:
         """Depth [m] and gravity [m/s2]."""
+        raise NotImplementedError
 
     def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
         """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
@@ -47,21 +43,49 @@ class SystemWaves(ABC):
         return breaking_heights(omega, depth=depth, gravity=gravity)
 
     def own_sea(self, values: Mapping[str, float]) -> Sea | None:
-        """The configured sea, the sum of all systems, if one of them is irregular."""
-        return own_sea(self.systems, values)
+        """The configured sea, for `values` of parameters; None if no system is irregular.
+
+        A record has the energy of all its rows, which its tapered ends take from a run's.
+        """
+        waves = self.systems
+        if all(system.regular for system in waves):
+            return None
+        parts = [system.known(values) for system in waves]
+        omega, amplitudes, directions = (np.concatenate(part) for part in zip(*parts, strict=True))
+        amplitudes *= np.repeat([w.in_statistics for w in waves], [len(part[0]) for part in parts])
+        doubts = [text for system in waves for text in system.doubts(values)]
+        return Sea(omega, amplitudes, directions, tuple(doubts))
 
     def own_direction(self, values: Mapping[str, float]) -> float | None:
         """The configured direction [rad]; None in still water. InputError if there are several."""
-        return own_direction(self.systems, values)
+        found = list(dict.fromkeys(system.known_direction(values) for system in self.systems))
+        if len(found) > 1:
+            text = "the systems of waves travel in different directions"
+            raise InputError.single(text, "give one for all: --headings")
+        return found[0] if found else None
 
     def jonswap(
         self, significant_height: float, peak_period: float, enhancement: float, direction: float
     ) -> Sea:
-        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
+        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad].
+
+        Frequencies are in the middle of the parts that a configured sea has one in, at random.
+        """
         depth, gravity = self.surroundings
-        return asked_sea(
-            significant_height, peak_period, enhancement, direction, depth=depth, gravity=gravity
+        edges = part_edges(2.0 * math.pi / peak_period, COMPONENTS, enhancement=enhancement)
+        omega = 0.5 * (edges[:-1] + edges[1:])
+        amplitudes = component_amplitudes(
+            omega.tolist(),
+            np.diff(edges).tolist(),
+            significant_height=significant_height,
+            peak_period=peak_period,
+            enhancement=enhancement,
         )
+        doubts = wave_doubts(
+            significant_height, peak_period, depth=depth, gravity=gravity, regular=False
+        )
+        directions = np.full(COMPONENTS, direction)
+        return Sea(omega, np.array(amplitudes, dtype=float), directions, tuple(doubts))
 
 
 class InWater(Protocol):
@@ -76,12 +100,7 @@ class FlowWaves(SystemWaves):
     """Waves whose forces follow from the flow of water alone, without coefficients that end."""
 
     config: InWater
-    configured: Sequence[WaveSystem] = field(repr=False)
-
-    @property
-    def systems(self) -> Sequence[WaveSystem]:
-        """As `configured`."""
-        return self.configured
+    systems: Sequence[WaveSystem] = field(repr=False)  # pyrefly: ignore[bad-override]
 
     @property
     def surroundings(self) -> tuple[float, float]:
@@ -102,22 +121,8 @@ class FlowWaves(SystemWaves):
 def lines_on(waves: Sequence[WaveSystem]) -> Iterator[str]:
     """Lines of a build on `waves` as configured: notes and warnings."""
     for system in waves:
-        yield from system.notes()
+        yield from system.notes
         yield from (f"warning: {text}" for text in system.doubts({}))
-
-
-def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | None:
-    """The sum of all systems, for `values` of their parameters; None if none is irregular.
-
-    A record has the energy of all its rows, which its tapered ends take from a run's.
-    """
-    if all(system.regular for system in waves):
-        return None
-    parts = [system.known(values) for system in waves]
-    omega, amplitudes, directions = (np.concatenate(part) for part in zip(*parts, strict=True))
-    amplitudes *= np.repeat([w.in_statistics for w in waves], [len(part[0]) for part in parts])
-    doubts = [text for system in waves for text in system.doubts(values)]
-    return Sea(omega, amplitudes, directions, tuple(doubts))
 
 
 def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Components:
@@ -130,6 +135,26 @@ def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> C
     return Components(
         omega, amplitude, phase, direction, depth=waves[0].depth, gravity=waves[0].gravity
     )
+
+
+def wave_data(waves: Sequence[WaveSystem]) -> dict[str, list[float] | float] | None:
+    """The argument of `pressure.hull_load.IncidentWaves`; None of still water.
+
+    Of each component rad/s, rad/m, m, rad, rad, and the time [s] in which it grows.
+    """
+    if not waves:
+        return None
+    found = components_of(waves, {})
+    ramps = np.repeat([own.ramp_time for own in waves], [len(own.omega) for own in waves])
+    return {
+        "omega": found.omega.tolist(),
+        "wavenumber": found.wavenumber.tolist(),
+        "amplitude": found.amplitude.tolist(),
+        "phase": found.phase.tolist(),
+        "direction": found.direction.tolist(),
+        "ramp_time": ramps.tolist(),
+        "depth": found.depth,
+    }
 
 
 def water_program(
@@ -159,43 +184,3 @@ def water_program(
     for axis, value in zip("xy", flowing.velocity(height), strict=True):
         recorder.output(Variable(f"current_{axis}", "m/s", f"current along {axis}"), value)
     return recorder.program()
-
-
-def own_direction(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> float | None:
-    """The mean direction [rad] of all systems; None in still water. InputError if they differ."""
-    found = list(dict.fromkeys(system.known_direction(values) for system in waves))
-    if len(found) > 1:
-        raise InputError.single(
-            "the systems of waves travel in different directions", "give one for all: --headings"
-        )
-    return found[0] if found else None
-
-
-def asked_sea(
-    significant_height: float,
-    peak_period: float,
-    enhancement: float,
-    direction: float,
-    *,
-    depth: float,
-    gravity: float,
-) -> Sea:
-    """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad].
-
-    Frequencies are in the middle of the parts that a configured sea has one in, at random. In water
-    of `depth` [m] and `gravity` [m/s2], which say whether there is such a sea.
-    """
-    edges = part_edges(2.0 * math.pi / peak_period, COMPONENTS, enhancement=enhancement)
-    omega = 0.5 * (edges[:-1] + edges[1:])
-    amplitudes = component_amplitudes(
-        omega.tolist(),
-        np.diff(edges).tolist(),
-        significant_height=significant_height,
-        peak_period=peak_period,
-        enhancement=enhancement,
-    )
-    doubts = wave_doubts(
-        significant_height, peak_period, depth=depth, gravity=gravity, regular=False
-    )
-    directions = np.full(COMPONENTS, direction)
-    return Sea(omega, np.array(amplitudes, dtype=float), directions, tuple(doubts))

@@ -5,60 +5,109 @@ recorder's, or numbers for values that are known. Regular waves have a period th
 components' frequencies of a spectrum are fixed when it is made: amplitudes follow the parameters,
 frequencies stay. Its peak period therefore has limits, within which the statistics of the sea hold
 (`PERIODS`). Components and records of one's own stay as they are.
+
+Waves that break, and seas that are too steep: allowed, and seldom meant.
+
+A wave breaks above 0.142 λ tanh kh (R. Miche, "Mouvements ondulatoires de la mer en profondeur
+constante ou décroissante", Annales des Ponts et Chaussées 114, 1944), and above 0.78 h, which is
+where a solitary wave does. A sea is too steep where 2π Hs/(g Tp²) is above 1/15 for Tp ≤ 8 s, above
+1/25 for Tp ≥ 15 s, or above what is linear between: the steepness criteria of DNV-RP-C205,
+"Environmental conditions and environmental loads".
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config.waves import PEAK_ENHANCEMENT
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
-from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
 from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, recorded_wavenumber
 from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum
 
+STEEPEST, OF_DEPTH = 0.142, 0.78  # heights that break, over wavelength and over depth
+PEAKS, STEEPNESSES = (8.0, 15.0), (1 / 15, 1 / 25)  # [s] of the peak, and limits there
+
+
+def breaking_heights(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray:
+    """Heights (k,) [m] above which regular waves of `omega` (k,) [rad/s] break."""
+    k = wavenumber(omega, depth=depth, gravity=gravity)
+    return np.minimum(STEEPEST * 2 * math.pi / k * np.tanh(k * depth), OF_DEPTH * depth)
+
+
+def wave_doubts(
+    height: float, period: float, *, depth: float, gravity: float, regular: bool
+) -> Iterator[str]:
+    """Lines on a wave of `height` [m] and `period` [s], or on the sea of these at its peak."""
+    omega = np.array([2 * math.pi / period])
+    breaking = float(breaking_heights(omega, depth=depth, gravity=gravity)[0])
+    noun, of = ("wave height", "") if regular else ("significant wave height", "peak ")
+    if height > breaking:
+        water = "deep water" if math.isinf(depth) else f"{depth:g} m of water"
+        yield (
+            f"the {noun} of {height:.4g} m is above {breaking:.3g} m, at which waves of a "
+            f"{of}period of {period:.4g} s break in {water}: no such sea exists: make it lower or "
+            "longer"
+        )
+    steepness = 2 * math.pi * height / (gravity * period**2)
+    limit = float(np.interp(period, PEAKS, STEEPNESSES))
+    if not regular and steepness > limit and height <= breaking:
+        yield (
+            f"the sea is too steep: 2 pi Hs/(g Tp^2) is {steepness:.3g} (Hs {height:.4g} m, Tp "
+            f"{period:.4g} s), seas have up to {limit:.3g} at this period (DNV-RP-C205): make it "
+            "lower or longer"
+        )
+
+
 Ask = Callable[[Variable], Number]
 PERIODS = (0.8, 1.25)  # of the peak period that the components were made for
-RAMP_PERIODS = 2.0  # default length of the ramp in (peak) periods
 SHORTEST = 1e-9  # ramp [s], so that a ramp_time set to 0 is none
 FEWEST = 1e-3  # s, period of a regular wave
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class WaveSystem(ABC):
     """One system of waves, whose parameters begin with `name`: "wave", or "wave[2]" of several.
 
-    `omega`, `phases` and `offsets` from its direction are (k,) [rad/s, rad, rad], as configured;
-    phases at `place` [m] and t = 0. `direction` in deg, `ramp_time` [s] (None: the default),
-    `depth` [m], `gravity` [m/s2]. The direction is a parameter in space, which keeps its value if
-    it is `fixed`.
+    Attributes
+    ----------
+    direction : [deg], a parameter in space, which keeps its value if it is `fixed`.
+    depth [m], gravity [m/s2].
+    omega, phases, offsets : (k,) [rad/s, rad, rad], as configured; phases at `place` (x, y) [m]
+        and t = 0, parameters unless they are not `tunable_phases`; offsets from the direction.
+    period : [s] of the wave, of the peak, or of the largest component.
+    ramp_time : [s] in which the waves grow.
+    needed : frequency [rad/s] up to which the waves need computed excitation; `reach` in words.
+    regular : True if it is one wave. `apart`: each component is judged as a regular wave.
+    in_statistics : amplitudes that statistics are of over those that a run has [1].
+    remarks, notes : doubts about a file, and what is done with it.
     """
 
     name: str
     direction: float
-    ramp_time: float | None
     depth: float
     gravity: float
     omega: np.ndarray = field(repr=False)
     phases: np.ndarray = field(repr=False)
     offsets: np.ndarray = field(repr=False)
-    fixed: bool = field(default=False, kw_only=True)
-
-    @property
-    @abstractmethod
-    def period(self) -> float:
-        """Of the wave, of the peak, or of the largest component [s]."""
-
-    @property
-    @abstractmethod
-    def needed(self) -> float:
-        """Frequency [rad/s] up to which the waves need computed excitation."""
+    period: float
+    ramp_time: float
+    needed: float
+    reach: str = "97 % of their energy"
+    place: tuple[float, float] = (0.0, 0.0)
+    regular: bool = False
+    apart: bool = False
+    tunable_phases: bool = True
+    in_statistics: float = 1.0
+    remarks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    fixed: bool = False
 
     @abstractmethod
     def judged(self, values: Mapping[str, float]) -> Sequence[tuple[float, float]]:
@@ -72,48 +121,22 @@ class WaveSystem(ABC):
         """Frequencies and amplitudes, with parameters that `ask` gives."""
 
     @property
-    def regular(self) -> bool:
-        """True if it is one wave."""
-        return False
-
-    @property
-    def reach(self) -> str:
-        """The meaning of `needed`, for messages."""
-        return "97 % of their energy"
-
-    @property
-    def place(self) -> tuple[float, float]:
-        """(x, y) [m] where the phases count."""
-        return 0.0, 0.0
-
-    @property
-    def default_ramp(self) -> float:
-        """Length of the ramp [s] if none is given."""
-        return RAMP_PERIODS * self.period
-
-    @property
     def length(self) -> float:
         """Of a wave of `period` [m]."""
         k = wavenumber(np.array(2 * math.pi / self.period), depth=self.depth, gravity=self.gravity)
         return 2 * math.pi / float(k)
 
     def doubts(self, values: Mapping[str, float]) -> list[str]:
-        """Lines on waves that break, or are too steep, for `values` of parameters by name."""
-        return [
-            text
-            for height, period in self.judged(values)
-            for text in wave_doubts(
-                height, period, depth=self.depth, gravity=self.gravity, regular=self._as_regular
-            )
-        ]
+        """`remarks`, and lines on waves that break, or are too steep, for `values` by name."""
+        water = {"depth": self.depth, "gravity": self.gravity}
+        one = self.regular or self.apart
+        found = [wave_doubts(h, t, regular=one, **water) for h, t in self.judged(values)]
+        return [*self.remarks, *chain.from_iterable(found)]
 
-    def notes(self) -> tuple[str, ...]:
-        """Lines on what is done with a file."""
-        return ()
-
-    @property
-    def _as_regular(self) -> bool:
-        return self.regular
+    def within(self, low: float, high: float) -> WaveSystem:
+        """The system where forces are known from `low` to `high` [rad/s] only."""
+        del low, high
+        return self
 
     def record(self, recorder: Recorder, *, in_space: bool) -> RecordedWaves:
         """Record the parameters; the components of them. Only `in_space` the direction is one."""
@@ -152,11 +175,6 @@ class WaveSystem(ABC):
             mean + self.offsets,
         )
 
-    @property
-    def in_statistics(self) -> float:
-        """Amplitudes that statistics are of over those that a run has."""
-        return 1.0
-
     def configured(self) -> tuple[np.ndarray, np.ndarray]:
         """ω (k,) [rad/s] and amplitudes (k,) [m] as configured."""
         omega, amplitude = self._own(lambda variable: variable.start)
@@ -183,22 +201,23 @@ class WaveSystem(ABC):
         return wavenumber(np.array(omega, dtype=float), **water).tolist()
 
     def _phase(self, recorder: Recorder, k: int) -> Number:
-        text = f"phase of the wave component of {self.omega[k]:.6g} rad/s at x = 0, t = 0"
         start = float(self.phases[k])
+        if not self.tunable_phases:
+            return start
+        text = f"phase of the wave component of {self.omega[k]:.6g} rad/s at x = 0, t = 0"
         return recorder.parameter(Variable(f"{self.name}.phase[{k + 1}]", "rad", text, start=start))
 
     def _record_ramp(self, recorder: Recorder) -> Number:
         """½(1 − cos π t/T) until t = T = `ramp_time`, then 1."""
-        start = self.default_ramp if self.ramp_time is None else self.ramp_time
-        if start == 0.0:
+        if self.ramp_time == 0.0:
             return 1.0
         text = "time in which the sea grows from nothing"
-        variable = Variable(f"{self.name}.ramp_time", "s", text, start=start, minimum=0.0)
+        variable = Variable(f"{self.name}.ramp_time", "s", text, start=self.ramp_time, minimum=0.0)
         length = recorder.parameter(variable)
         return 0.5 - 0.5 * cos(math.pi * minimum(recorder.time / maximum(length, SHORTEST), 1.0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RegularWave(WaveSystem):
     """A regular wave of `height` [m], with a period from `shortest` to `longest` [s]."""
 
@@ -206,25 +225,15 @@ class RegularWave(WaveSystem):
     shortest: float = FEWEST
     longest: float = math.inf
 
-    @property
-    def regular(self) -> bool:
-        """True."""
-        return True
-
-    @property
-    def period(self) -> float:
-        """As configured [s]."""
-        return 2 * math.pi / float(self.omega[0])
-
-    @property
-    def needed(self) -> float:
-        """Its frequency [rad/s]."""
-        return float(self.omega[0])
-
     def judged(self, values: Mapping[str, float]) -> Sequence[tuple[float, float]]:
         """Its height [m] and period [s], of `values` by name."""
         height = values.get(f"{self.name}.height", self.height)
         return [(height, values.get(f"{self.name}.period", self.period))]
+
+    def within(self, low: float, high: float) -> RegularWave:
+        """The wave with a period that stays where forces are known, or as it is."""
+        shortest = min(self.period, max(FEWEST, 2 * math.pi / high))
+        return replace(self, shortest=shortest, longest=max(self.period, 2 * math.pi / low))
 
     def _own(self, ask: Ask) -> tuple[Sequence[Number], Sequence[Number]]:
         text = "height of the regular wave"
@@ -241,7 +250,7 @@ class RegularWave(WaveSystem):
         return [2.0 * math.pi / period], [0.5 * height]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SpectralSea(WaveSystem):
     """A sea of JONSWAP's form, whose parts of the frequency axis have `widths` (k,) [rad/s].
 
@@ -249,37 +258,19 @@ class SpectralSea(WaveSystem):
     is the form of Pierson and Moskowitz. `luck` (k,) [1] multiplies amplitudes.
     """
 
-    REACH = 2.5  # peak frequencies up to which excitation is computed
-
     widths: np.ndarray = field(repr=False)
     luck: np.ndarray = field(repr=False)
     significant_height: float
-    peak_period: float
     enhancement: float | None
-
-    @property
-    def period(self) -> float:
-        """Of the peak, as configured [s]."""
-        return self.peak_period
-
-    @property
-    def needed(self) -> float:
-        """Where 3 % of the energy is left [rad/s]."""
-        return self.REACH * 2 * math.pi / self.peak_period
-
-    @property
-    def reach(self) -> str:
-        """In peak frequencies."""
-        return f"{self.REACH:g} peak frequencies"
 
     def judged(self, values: Mapping[str, float]) -> Sequence[tuple[float, float]]:
         """Significant height [m] and peak period [s], of `values` by name."""
         height = values.get(f"{self.name}.significant_height", self.significant_height)
-        return [(height, values.get(f"{self.name}.peak_period", self.peak_period))]
+        return [(height, values.get(f"{self.name}.peak_period", self.period))]
 
     def _own(self, ask: Ask) -> tuple[Sequence[Number], Sequence[Number]]:
         height = ask(_significant(self.name, self.significant_height))
-        made_for = self.peak_period
+        made_for = self.period
         low, high = (factor * made_for for factor in PERIODS)
         text = (
             f"peak period, {low:g} to {high:g} s: the components' frequencies are made for "
@@ -310,62 +301,16 @@ class SpectralSea(WaveSystem):
         return self.omega.tolist(), [amplitude * luck for amplitude, luck in lucky]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FixedSea(WaveSystem):
     """Components of `amplitudes` (k,) [m] that stay, or follow the `significant_height` [m].
 
-    `scaled`: that height is a parameter. `tunable_phases`: the phases are parameters. `apart`: each
-    is judged as a regular wave. `at` [m] is where phases count, `peak` [s] the period of the
-    largest part. `remarks` are doubts about a file, `told` what a run does with it. `untapered` [1]
-    is the amplitudes' factor in statistics: that of a record without its tapered ends.
+    `scaled`: that height is a parameter.
     """
 
     amplitudes: np.ndarray = field(repr=False)
     significant_height: float
-    peak: float
     scaled: bool = False
-    tunable_phases: bool = True
-    apart: bool = False
-    at: tuple[float, float] = (0.0, 0.0)
-    ramp: float | None = None
-    remarks: tuple[str, ...] = ()
-    told: tuple[str, ...] = ()
-    untapered: float = 1.0
-
-    @property
-    def in_statistics(self) -> float:
-        """`untapered`."""
-        return self.untapered
-
-    @property
-    def place(self) -> tuple[float, float]:
-        """`at`."""
-        return self.at
-
-    @property
-    def period(self) -> float:
-        """`peak`."""
-        return self.peak
-
-    @property
-    def default_ramp(self) -> float:
-        """`ramp`, or as of any sea."""
-        return super().default_ramp if self.ramp is None else self.ramp
-
-    def doubts(self, values: Mapping[str, float]) -> list[str]:
-        """`remarks`, and lines on waves as of any system, for `values` by name."""
-        return [*self.remarks, *super().doubts(values)]
-
-    def notes(self) -> tuple[str, ...]:
-        """`told`."""
-        return self.told
-
-    @property
-    def needed(self) -> float:
-        """Where 3 % of the energy is left [rad/s]."""
-        order = np.argsort(self.omega)
-        energy = np.cumsum(self.amplitudes[order] ** 2)
-        return float(self.omega[order][np.searchsorted(energy, 0.97 * energy[-1])])
 
     def judged(self, values: Mapping[str, float]) -> Sequence[tuple[float, float]]:
         """Those of the sea, of `values` by name, or of each component if they are `apart`."""
@@ -373,11 +318,7 @@ class FixedSea(WaveSystem):
             pairs = zip(self.omega.tolist(), self.amplitudes.tolist(), strict=True)
             return [(2.0 * a, 2 * math.pi / w) for w, a in pairs]
         height = values.get(f"{self.name}.significant_height", self.significant_height)
-        return [(height, self.peak)]
-
-    @property
-    def _as_regular(self) -> bool:
-        return self.apart
+        return [(height, self.period)]
 
     def _own(self, ask: Ask) -> tuple[Sequence[Number], Sequence[Number]]:
         omega, amplitudes = self.omega.tolist(), self.amplitudes.tolist()
@@ -386,9 +327,6 @@ class FixedSea(WaveSystem):
         height = self.significant_height
         given = ask(_significant(self.name, height))
         return omega, [given * (a / height) for a in amplitudes]
-
-    def _phase(self, recorder: Recorder, k: int) -> Number:
-        return super()._phase(recorder, k) if self.tunable_phases else float(self.phases[k])
 
 
 def _significant(name: str, start: float) -> Variable:

@@ -18,7 +18,6 @@ from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
-from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.sea import (
     ELEVATION_INPUT,
     HullsInSea,
@@ -28,7 +27,7 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
-from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves, Triple
 from m4e_fmi.program import Recorder, Variable
 
 
@@ -36,14 +35,15 @@ from m4e_fmi.program import Recorder, Variable
 class HullWaves(SystemWaves):
     """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`.
 
-    The second-order `drift` of the bodies that have some is left out.
+    The second-order `drift` of the bodies that have some is left out. Waves, points and bodies
+    `in_water` are those of the load that is recorded.
     """
 
     coefficients: Coefficients
+    drift: tuple[str, ...] = ()
+    systems: Sequence[WaveSystem] = field(default=(), repr=False)
     points: Sequence[OnBody] = ()
     in_water: Sequence[InWater] = ()
-    drift: tuple[str, ...] = ()
-    _waves: tuple[WaveSystem, ...] = field(default=(), repr=False)
 
     @property
     def inputs(self) -> list[str]:
@@ -81,11 +81,6 @@ class HullWaves(SystemWaves):
         return [f"second-order drift of {bodies} is left out: the response is that of first order"]
 
     @property
-    def systems(self) -> tuple[WaveSystem, ...]:
-        """Those recorded."""
-        return self._waves
-
-    @property
     def surroundings(self) -> tuple[float, float]:
         """Depth [m] and gravity [m/s2] of the coefficients."""
         return self.coefficients.depth, self.coefficients.gravity
@@ -99,10 +94,9 @@ class HullWaves(SystemWaves):
     ) -> RecordedSea:
         """Record the inputs in place of a sea, as `sea.record_sea`.
 
-        Other than of a sea, how `hulls` meet the waves is asked for by `per_amplitude` only.
+        Other than of a sea, how hulls meet the waves is asked for by `per_amplitude` only.
         """
-        del hulls
-        self._waves = tuple(waves)
+        self.systems, self.points, self.in_water = waves, hulls.points, hulls.in_water
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
         record_elevation_input(recorder, coefficients.dimensions)

@@ -10,6 +10,19 @@ is missing, because it comes from components that interfere. Where the energy is
 therefore narrow: most have equal energy, and n of them show nine tenths of the scatter of records
 of n/4 waves. In the tail, which decides the mean periods T01 and T02, parts grow with the frequency
 (equal steps of log ω): each is wide, but its component carries little energy.
+
+Directions of the components of a short-crested sea.
+
+Each component has a direction of its own (single summation), so that no two of one frequency have
+phases that are fixed to each other: double summation would make a sea that is uneven in space
+(D. Miles and E. R. Funke, "A comparison of methods for synthesis of directional seas", Journal of
+Offshore Mechanics and Arctic Engineering 111, 1989). The density of Longuet-Higgins, Cartwright and
+Smith (1963) is in proportion to cos^2s(Δ/2).
+
+Spectra other than JONSWAP in deep water, and components of a record.
+
+A spectrum given as a table is linear between its rows; a component of its sea has the energy of its
+part of the frequency axis exactly. Parts are chosen as those of `part_edges`.
 """
 
 from __future__ import annotations
@@ -20,8 +33,26 @@ from functools import lru_cache
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.water.kinematics import STEPS
+from m4e_adapters.hydrodynamics.seas.water.kinematics import STEPS, wavenumber
+from m4e_adapters.hydrodynamics.seas.wave_files import Density, Samples
 from m4e_fmi.program import AnyScalar, ScalarLike, exp, log, maximum, sign, sqrt, tanh
+
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_KNOTS_of_spreading = 20_001  # of the distribution's integral
+
+
+def spread(count: int, exponent: float, rng: np.random.Generator) -> np.ndarray:
+    """Directions (count,) [rad] from the mean one, for components in order of frequency.
+
+    Quantiles of the density at u + k/φ (mod 1), φ the golden ratio, from a random u: any
+    neighbouring components have directions that cover the density evenly.
+    """
+    angle = np.linspace(-math.pi, math.pi, _KNOTS_of_spreading)
+    density = np.cos(0.5 * angle) ** (2.0 * exponent)
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+    share = (rng.random() + GOLDEN * np.arange(count)) % 1.0
+    return np.interp(share, integral / integral[-1], angle)
+
 
 BAND = (0.5, 12.0)  # of the components, in peak frequencies; beyond is 0.4 % of T02
 LOGARITHMIC = 0.2  # share of the parts that are equal steps of log ω; the others have equal energy
@@ -113,3 +144,71 @@ def component_amplitudes(
         total = total + weight
     scale = significant_height / sqrt(8.0 * total)
     return [scale * sqrt(weight) for weight in weights]
+
+
+TAPERED = 0.05  # of a record, at each end
+NEGLIGIBLE = 1e-8  # of the energy of a record, which may be left out
+_KNOTS_of_spectra = 4000  # of a spectrum's parts
+_LOWEST = 1e-3  # lower end of the parts over the upper one, if the table begins at 0
+
+
+def depth_factor(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray:
+    """tanh² kh/(1 + 2kh/sinh 2kh) of waves of `omega` (n,) [rad/s], (n,) [1].
+
+    By it Bouws, Günther, Rosenthal and Vincent, "Similarity of the wind wave spectrum in finite
+    depth water", Journal of Geophysical Research 90, 1985, change JONSWAP to TMA, after
+    Kitaigorodskii, Krasitskii and Zaslavskii (1975).
+    """
+    kh = wavenumber(omega, depth=depth, gravity=gravity) * depth
+    return np.tanh(kh) ** 2 / (1.0 + 2.0 * kh / np.sinh(np.minimum(2.0 * kh, 700.0)))
+
+
+def table_edges(spectrum: Density, count: int) -> np.ndarray:
+    """Edges [rad/s], (count + 1,), of parts of a spectrum that have one component each."""
+    wet = np.flatnonzero(spectrum.density > 0)
+    low = spectrum.omega[max(wet[0] - 1, 0)]
+    high = spectrum.omega[min(wet[-1] + 1, len(spectrum.omega) - 1)]
+    omega = np.geomspace(max(low, _LOWEST * high), high, _KNOTS_of_spectra)
+    energy = energy_below(spectrum, omega)
+    energy = (energy - energy[0]) / (energy[-1] - energy[0])
+    share = (1.0 - LOGARITHMIC) * energy + LOGARITHMIC * np.linspace(0.0, 1.0, _KNOTS_of_spectra)
+    edges = np.interp(np.linspace(0.0, 1.0, count + 1), share, omega)
+    edges[0] = low
+    return edges
+
+
+def energy_below(spectrum: Density, omega: np.ndarray) -> np.ndarray:
+    """∫₀^ω S dω (n,) [m2] of `omega` (n,) [rad/s]."""
+    w, s = spectrum.omega, spectrum.density
+    total = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(w) * (s[1:] + s[:-1]))])
+    at = np.clip(omega, w[0], w[-1])
+    k = np.clip(np.searchsorted(w, at, side="right") - 1, 0, len(w) - 2)
+    return total[k] + 0.5 * (at - w[k]) * (s[k] + np.interp(at, w, s))
+
+
+def record_components(record: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """ω (n,) [rad/s], amplitudes (n,) [m] and phases (n,) [rad] at t = 0 of a record at its place.
+
+    Its discrete Fourier transform, mean left out, ends tapered by half cosines. What has less than
+    1e-8 of the energy is left out.
+    """
+    count = len(record.elevation)
+    window = _window(count)
+    level = float(window @ record.elevation / window.sum())
+    found = np.fft.rfft(window * (record.elevation - level))[1:]
+    amplitude = 2.0 * np.abs(found) / count
+    if count % 2 == 0:
+        amplitude[-1] /= 2.0
+    omega = 2.0 * math.pi / (count * record.interval) * np.arange(1, len(found) + 1)
+    phase = np.angle(found) - omega * record.start
+    order = np.argsort(amplitude)
+    energy = np.cumsum(amplitude[order] ** 2)
+    kept = np.sort(order[np.searchsorted(energy, NEGLIGIBLE * energy[-1]) :])
+    return omega[kept], amplitude[kept], phase[kept]
+
+
+def _window(count: int) -> np.ndarray:
+    """1 in the middle, falling to 0 within `TAPERED` of each end, (count,)."""
+    place = (np.arange(count) + 0.5) / count
+    inward = np.minimum(np.minimum(place, 1.0 - place) / TAPERED, 1.0)
+    return 0.5 - 0.5 * np.cos(math.pi * inward)

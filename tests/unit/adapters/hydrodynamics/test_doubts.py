@@ -8,8 +8,8 @@ import pytest
 from support.hulls import configured, hulls
 
 from m4e_adapters.hydrodynamics import build
+from m4e_adapters.hydrodynamics.build import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.doubts import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 
@@ -54,7 +54,7 @@ def test_a_build_tells_doubts_and_hydrostatics_before_it_computes(
     assert told[-1] == "computed"
     assert (
         "body 'float': displaces 144 m3, neutral mass 147600 kg; centre of buoyancy at x = 0, "
-        "z = -1.5 m; waterplane 48 m2, GM 1.28 m" in told
+        "z = -1.5 m; waterplane 48 m2, GM 1.28 m; lowest point 3 m below the water" in told[-2]
     )
 
 

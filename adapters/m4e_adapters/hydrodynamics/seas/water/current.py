@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_adapters.hydrodynamics.config.current import Current
+from m4e_adapters.hydrodynamics.config.waves import Current
 from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
 
 Number = Scalar | float

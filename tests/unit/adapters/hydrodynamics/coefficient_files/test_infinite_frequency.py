@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from m4e_adapters.hydrodynamics.coefficient_files.infinite_frequency import USED, ogilvie
+from m4e_adapters.hydrodynamics.coefficient_files.consistency import USED, ogilvie
 
 
 @pytest.mark.parametrize("steps", [np.full(30, 0.1), np.linspace(0.05, 0.2, 24)])

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.drift.factors import LEFT_OUT, factorised
-from m4e_adapters.hydrodynamics.drift.interpolation import at_direction, harmonics
+from m4e_adapters.hydrodynamics.drift.recording import LEFT_OUT, at_direction, factorised, harmonics
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift
 from m4e_adapters.hydrodynamics.geometry.motions import SURGE, YAW
 

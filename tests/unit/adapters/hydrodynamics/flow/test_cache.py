@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
-from m4e_adapters.hydrodynamics.memory import kept
+from m4e_adapters.hydrodynamics.memory import group_fit
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 
 ORDER = 5
@@ -139,7 +139,7 @@ def test_a_memory_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     data = published_coefficients.sphere()
     first, told = fit_radiation(data, order=ORDER), list[str]()
     with monkeypatch.context() as patch:
-        patch.setattr(kept, "fit_group", lambda *_, **__: pytest.fail("fitted again"))
+        patch.setattr(group_fit, "fit_group", lambda *_, **__: pytest.fail("fitted again"))
         second = fit_radiation(data, order=ORDER, progress=told.append)
         changed = replace(data, added_mass=data.added_mass * (1 + 1e-12))
         for other, order in ((data, ORDER + 1), (changed, ORDER)):

@@ -15,8 +15,8 @@ from m4e_adapters.hydrodynamics.config import Box, Cylinder
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
+from m4e_adapters.hydrodynamics.geometry.mesh_files import read_mesh
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
-from m4e_adapters.hydrodynamics.geometry.readers.mesh_files import read_mesh
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels
 from m4e_fmi.errors import InputError
 

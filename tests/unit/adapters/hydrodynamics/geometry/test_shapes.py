@@ -13,7 +13,7 @@ from m4e_adapters.hydrodynamics.config import Shape
 from m4e_adapters.hydrodynamics.geometry.checks import checked
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape
+from m4e_adapters.hydrodynamics.stability_report import whole_shape
 
 
 def below(radius: float, height: float) -> float:

@@ -15,7 +15,7 @@ from m4e_adapters.hydrodynamics.geometry.stability import (
     heel_and_trim,
     turn,
 )
-from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape
+from m4e_adapters.hydrodynamics.stability_report import whole_shape
 from m4e_fmi.errors import InputError
 
 LENGTH, WIDTH, DRAFT, FREEBOARD = 20.0, 8.0, 3.0, 2.0

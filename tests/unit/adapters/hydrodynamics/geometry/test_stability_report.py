@@ -10,7 +10,7 @@ import pytest
 
 from m4e_adapters.hydrodynamics.config import Box, Sphere
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
-from m4e_adapters.hydrodynamics.inertia import shell_inertia, solid_inertia
+from m4e_adapters.hydrodynamics.stability_report import shell_inertia, solid_inertia
 from m4e_fmi.cli import main
 
 BARGE = """

@@ -14,12 +14,12 @@ from support.hulls import configured, hull, silent
 
 from m4e_adapters.hydrodynamics.config import Body, Box, Water
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
+from m4e_adapters.hydrodynamics.geometry import remeshing
 from m4e_adapters.hydrodynamics.geometry.checks import checked
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
-from m4e_adapters.hydrodynamics.geometry.unions import remeshing
 from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hull
 from m4e_adapters.hydrodynamics.pressure.config import HullBody
 from m4e_adapters.hydrodynamics.stability_report import stability_of

@@ -11,11 +11,11 @@ import pytest
 from m4e_adapters.hydrodynamics.config import Jonswap, Record
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves, SpectrumTable
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.spectra import TAPERED
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, elevation
 from m4e_adapters.hydrodynamics.seas.wave_files import read_density, read_record
+from m4e_adapters.hydrodynamics.seas.waves import TAPERED
 from m4e_adapters.sea import SeaConfig, sea_program
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import evaluated

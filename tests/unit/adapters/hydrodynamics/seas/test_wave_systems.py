@@ -11,10 +11,10 @@ import pytest
 from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Tma
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.spectra import depth_factor
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, wavenumber
+from m4e_adapters.hydrodynamics.seas.waves import depth_factor
 from m4e_adapters.sea import SeaConfig
 from m4e_fmi.files.document import Document
 

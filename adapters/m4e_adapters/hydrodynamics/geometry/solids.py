@@ -17,18 +17,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config.numbers import Place
-from m4e_adapters.hydrodynamics.config.shapes import Box, Cylinder, Part, Shape
+from m4e_adapters.hydrodynamics.config.shapes import Box, Cylinder, Part, Revolved, Shape
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, check_edges, place
 from m4e_adapters.hydrodynamics.geometry.lid import loops, waterline
+from m4e_adapters.hydrodynamics.geometry.mesh_files import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     Placed,
+    horizontal_cylinder_panels,
+    revolved_panels,
     shifted,
     sphere_panels,
     turned,
 )
-from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -166,6 +167,21 @@ def box_to(shape: Box, top: float) -> Panels:
     corners = [np.column_stack([ring, np.full(4, z)]) for z in (-shape.draft, top)]
     sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
     return Panels(np.concatenate(corners), np.array([[3, 2, 1, 0], [4, 5, 6, 7], *sides]))
+
+
+def whole_revolved(shape: Revolved, count: int, depth: float) -> Panels:
+    """The closed surface of a body of revolution, of about `count` panels.
+
+    It is drawn lower by `depth` [m], below the water, where none of it is cut off, and lifted.
+    """
+    profile = tuple((radius, z - depth) for radius, z in shape.profile)
+    return raised(revolved_panels(shape.model_copy(update={"profile": profile}), count), depth)
+
+
+def upright(shape: Cylinder, top: float) -> Revolved:
+    """A cylinder up to the height `top` [m], as a body of revolution."""
+    profile = ((shape.radius, -shape.draft), (shape.radius, top))
+    return Revolved(profile=profile, center_x=shape.center_x, center_y=shape.center_y)
 
 
 def raised(panels: Panels, height: float) -> Panels:

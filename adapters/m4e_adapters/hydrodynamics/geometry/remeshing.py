@@ -19,7 +19,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.unions.solids import is_symmetric, library, triangles_of
+from m4e_adapters.hydrodynamics.geometry.solids import is_symmetric, library, triangles_of
 from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:

@@ -1,1 +1,0 @@
-"""Mesh files: their kinds and panels (`mesh_files`), one module for each family of formats."""
