@@ -1,4 +1,4 @@
-"""What moves in the X–Z plane, of what Chrono has in space: bodies, joints and loads."""
+"""Bodies, joints and loads of Chrono in the X–Z plane, projected from those in space."""
 
 from __future__ import annotations
 
