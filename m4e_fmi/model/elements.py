@@ -9,6 +9,7 @@ world's.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -33,6 +34,14 @@ Vector: TypeAlias = "tuple[Quantity, ...]"
 Inertia: TypeAlias = "Quantity | tuple[Quantity, ...]"
 AngleReference = Literal["absolute", "relative"]
 Axes = Literal["world", "body"]
+
+
+def identifier(name: str) -> str:
+    """A name of ours for any name: letters, digits and _, a letter first, never `ground`."""
+    text = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+    if not text or not text[0].isalpha():
+        text = f"n{text}"
+    return f"{text}_body" if text == GROUND else text
 
 
 def quantity(owner: object, name: str) -> Expression:

@@ -25,11 +25,9 @@ from m4e_fmi.program.python_form import python_source
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable
 
 TRAVELS = (
-    "console.py",
     "line_system.py",
     "moordyn_system.py",
     "node_forces.py",
-    "placement.py",
     "plausibility.py",
     "rest.py",
     "statics.py",

@@ -19,10 +19,9 @@ from m4e_fmi.model.chrono.sections import (
     FileSection,
     ModelFileSection,
 )
-from m4e_fmi.model.elements import GROUND, Quantity, Vector
+from m4e_fmi.model.elements import GROUND, Quantity, Vector, identifier
 from m4e_fmi.model.findings import ModelFinding
 from m4e_fmi.model.model import Model
-from m4e_fmi.model.names import identifier
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
 """Chrono's own where a simulation says nothing of it [m/s²] (ChParserMbsYAML, SimParams)."""

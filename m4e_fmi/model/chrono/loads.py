@@ -21,7 +21,7 @@ from m4e_fmi.model.chrono.sections import (
     RsdaSection,
     TsdaSection,
 )
-from m4e_fmi.model.elements import GROUND, Point, Quantity
+from m4e_fmi.model.elements import GROUND, Point, Quantity, identifier
 from m4e_fmi.model.loads import (
     BodyForce,
     JointEffort,
@@ -30,7 +30,6 @@ from m4e_fmi.model.loads import (
     TensionDamper,
     TensionSpring,
 )
-from m4e_fmi.model.names import identifier
 from m4e_fmi.model.table import Table
 
 NEEDED = {

@@ -36,8 +36,7 @@ from m4e_fmi.model.chrono.sections import (
     ModelSection,
     MotorSection,
 )
-from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity, Vector
-from m4e_fmi.model.names import identifier
+from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity, Vector, identifier
 from m4e_fmi.space import Rotation
 
 SMALL = 1e-6

@@ -29,9 +29,8 @@ from m4e_fmi.model.chrono.sections import (
     MotorSection,
     RsdaSection,
 )
-from m4e_fmi.model.elements import GROUND, Joint, Quantity, Vector
+from m4e_fmi.model.elements import GROUND, Joint, Quantity, Vector, identifier
 from m4e_fmi.model.loads import BodyForce, TorsionDamper, TorsionSpring
-from m4e_fmi.model.names import identifier
 
 Y = (0.0, 1.0, 0.0)
 KINDS = {"cylindrical": REVOLUTE} | JOINT_TYPES[2]
