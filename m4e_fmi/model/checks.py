@@ -34,8 +34,8 @@ from m4e_fmi.model.findings import (
 )
 from m4e_fmi.model.joint_checks import AXES_OF_JOINTS, PARALLEL, axis_findings, joint_findings
 from m4e_fmi.model.load_checks import LoadChecks
-from m4e_fmi.model.quantity import as_expression
-from m4e_fmi.model.shapes import axis_without_direction, shape_findings, shape_quantities
+from m4e_fmi.model.quantity import as_expression, quantities_of
+from m4e_fmi.model.shapes import axis_without_direction, shape_findings, shape_place
 from m4e_fmi.model.table import Table, TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
 from m4e_fmi.units import near_unit, parse_unit
@@ -57,15 +57,17 @@ UNITS = "write it like N.s/m or kg.m2"
 
 def findings(model: Model) -> list[ModelFinding]:
     """Everything wrong with `model`."""
-    return list(element_findings(model, Names.of(model))) or list(whole_findings(model))
+    found = list(element_findings(model, Names.of(model)))
+    return found or list(_further_findings(model, (), complete=True))
 
 
-def whole_findings(model: Elements) -> Iterator[ModelFinding]:
-    """Problems of the tree and of the numbers, given that every element is right."""
-    yield from _tree_findings(model)
-    quantities = list(_all_quantities(model))
-    yield from _value_findings(model, quantities, parameter_values(model.parameters))
-    yield from dimension_findings(model, iter(quantities))
+def group_findings(groups: Elements, names: Names, *, complete: bool = True) -> list[ModelFinding]:
+    """Everything wrong with the groups of a Model, of which some elements may be missing.
+
+    The tree is looked at if all bodies and joints are there (`complete`) and their names are right.
+    """
+    found = list(element_findings(groups, names))
+    return [*found, *_further_findings(groups, found, complete=complete)]
 
 
 def findings_with(
@@ -87,14 +89,12 @@ def findings_with(
     return check
 
 
-def further_findings(
+def _further_findings(
     model: Elements, found: Collection[ModelFinding], *, complete: bool
 ) -> Iterator[ModelFinding]:
     """Problems of the tree and the numbers that do not follow from those `found` already.
 
-    `model` is a namespace of the groups of a Model. The tree is looked at if all bodies and joints
-    are there (`complete`) and their names are right. Numbers that are wrong, and those made from
-    parameters that are wrong, are passed over.
+    Numbers that are wrong, and those made from parameters that are wrong, are passed over.
     """
     wrong = {f.location for f in found}
     if complete and not any(at[0] == "joints" and at[-1] in TREE for at in wrong):
@@ -102,7 +102,7 @@ def further_findings(
     names = {at[1] for at in wrong if at[0] in ("parameters", "tables") and len(at) > 1}
     groups = ("parameters", "tables")
     right = {g: {n: p for n, p in getattr(model, g).items() if n not in names} for g in groups}
-    model = SimpleNamespace(**{**vars(model), **right})
+    model = SimpleNamespace(**vars(model) | right)
     quantities = [
         (at, quantity)
         for at, quantity in _all_quantities(model)
@@ -257,10 +257,10 @@ def _value_findings(
             yield ModelFinding(
                 at, message, f"give a size between {SMALLEST:g} and {LARGEST:g}, or 0"
             )
-        elif at[-1] in getattr(_element(model, at), "positive", ()) and not value > 0:
+        elif _bound(model, at) == "positive" and not value > 0:
             remedy = f"give a positive {at[-1]}"
             yield ModelFinding(at, f"must be positive, got {value:.6g}", remedy)
-        elif at[-1] in getattr(_element(model, at), "not_negative", ()) and value < 0:
+        elif _bound(model, at) == "not negative" and value < 0:
             yield ModelFinding(at, f"must not be negative, got {value:.6g}", "give 0 or more")
     for name in model.loads:
         lower, upper = (computed.get(("loads", name, key)) for key in ("lower", "upper"))
@@ -317,7 +317,7 @@ def doubts(model: Model) -> Iterator[ModelFinding]:
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
         is_gravity = at == ("gravity",)
-        if not (is_gravity or at[-1] in getattr(_element(model, at), "seldom_negative", ())):
+        if not (is_gravity or _bound(model, at) == "seldom negative"):
             continue
         if expression.names() <= values.keys() and (value := expression.evaluate(values)) < 0:
             if is_gravity:
@@ -352,7 +352,7 @@ def bounded_parameters(model: Elements) -> frozenset[str]:
     return frozenset(
         expression.arguments[0]
         for at, quantity in _all_quantities(model)
-        if _key(at) in _bounded(_element(model, at))
+        if _bound(model, at, of_tensor=True) in ("positive", "not negative")
         and (expression := as_expression(quantity)).kind == "name"
         and expression.arguments[0] in model.parameters
     )
@@ -366,35 +366,31 @@ def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
         yield ("gravity",), model.gravity
     for group in ("bodies", "joints", "points", "loads"):
         for name, element in getattr(model, group).items():
-            for field in getattr(element, "scalars", ()):
-                value = getattr(element, field)
-                if isinstance(value, (tuple, list)):
-                    yield from (((group, name, field, k), part) for k, part in enumerate(value))
-                elif value is not None:
-                    yield (group, name, field), value
-            given = [f for f in AXES_OF_JOINTS if getattr(element, f, None) is not None]
-            vectors = (*getattr(element, "vectors", ()), *given)
-            for field in vectors:
-                for index, value in enumerate(getattr(element, field)):
-                    yield (group, name, field, index), value
+            yield from _quantities((group, name), element)
+            for field in AXES_OF_JOINTS:
+                given = getattr(element, field, None) or ()
+                yield from (((group, name, field, k), part) for k, part in enumerate(given))
             for key, value in getattr(element, "initial", {}).items():
                 yield (group, name, "initial", key), value
             if shape := getattr(element, "shape", None):
-                yield from shape_quantities((group, name), shape)
+                yield from _quantities(shape_place((group, name), shape), shape)
 
 
-def _key(at: Location) -> object:
-    """The key of a number; that of the tensor, "inertia", for a moment of inertia in space."""
-    return at[-2] if at[-2:-1] == ("inertia",) and at[-1] in (0, 1, 2) else at[-1]
+def _quantities(at: Location, element: object) -> Iterator[tuple[Location, Quantity]]:
+    """Every number or expression of an element or shape at `at`, and where it stands."""
+    for field, about in quantities_of(element).items():
+        value = getattr(element, field)
+        if about["is_vector"] or isinstance(value, (tuple, list)):
+            yield from (((*at, field, k), part) for k, part in enumerate(value))
+        elif value is not None:
+            yield (*at, field), value
 
 
-def _bounded(element: object) -> tuple[str, ...]:
-    return (*getattr(element, "positive", ()), *getattr(element, "not_negative", ()))
-
-
-def _element(model: Elements, at: Location) -> object:
-    """The element, or shape, to which the quantity at `at` belongs; None for gravity."""
-    if len(at) == 1:
-        return None
+def _bound(model: Elements, at: Location, *, of_tensor: bool = False) -> str:
+    """The bound of the number at `at`; `of_tensor`: that of a moment of inertia in space, too."""
+    if at[0] == "gravity":
+        return ""
     element = getattr(model, str(at[0]))[at[1]]
-    return element.shape if "shape" in at[2:3] else element
+    is_moment = of_tensor and at[-2] == "inertia" and at[-1] in (0, 1, 2)
+    about = quantities_of(element.shape if "shape" in at[2:3] else element)
+    return about.get(str(at[-2] if is_moment else at[-1]), {}).get("bound", "")

@@ -16,7 +16,7 @@ from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.elements import Quantity
 from m4e_fmi.model.expression import CONSTANTS, Expression
 from m4e_fmi.model.findings import ModelFinding
-from m4e_fmi.model.quantity import as_expression
+from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
 if TYPE_CHECKING:
@@ -157,7 +157,8 @@ def expected_unit(model: Elements, at: Location) -> str:
     if field == "initial":
         joint_type = JOINT_TYPES[model.dimensions].get(element.type)
         return joint_type.start_units.get(str(at[3]), "") if joint_type else ""
-    unit = {**getattr(element, "scalars", {}), **getattr(element, "vectors", {})}.get(field, "")
+    about = quantities_of(element).get(str(field))
+    unit = about["unit"] if about else ""
     of_angle, _, of_distance = unit.partition(" or ")
     if not of_distance:
         return unit

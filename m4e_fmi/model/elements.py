@@ -9,12 +9,13 @@ world's.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from m4e_fmi.model.expression import NOTHING, Expression, Values, negative
-from m4e_fmi.model.quantity import as_expression
+from m4e_fmi.model.quantity import as_expression, given
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
@@ -33,6 +34,14 @@ Vector: TypeAlias = "tuple[Quantity, ...]"
 Inertia: TypeAlias = "Quantity | tuple[Quantity, ...]"
 AngleReference = Literal["absolute", "relative"]
 Axes = Literal["world", "body"]
+
+
+def identifier(name: str) -> str:
+    """A name of ours for any name: letters, digits and _, a letter first, never `ground`."""
+    text = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+    if not text or not text[0].isalpha():
+        text = f"n{text}"
+    return f"{text}_body" if text == GROUND else text
 
 
 def quantity(owner: object, name: str) -> Expression:
@@ -61,16 +70,16 @@ def vector(owner: object, name: str) -> tuple[Expression, ...]:
 
 def inertia_of(body: Body) -> tuple[Expression, ...]:
     """The inertia of a body: I_yy in the plane; three moments, or these and I_xy, I_yz, I_zx."""
-    given = body.inertia
-    return tuple(map(as_expression, given if isinstance(given, (tuple, list)) else (given,)))
+    entries = body.inertia if isinstance(body.inertia, (tuple, list)) else (body.inertia,)
+    return tuple(map(as_expression, entries))
 
 
 def gravity_of(model: Model) -> tuple[Expression, ...]:
     """The acceleration of gravity against its direction, (x, y, z)."""
-    given = model.gravity
-    if not isinstance(given, (tuple, list)):
-        return NOTHING, NOTHING, as_expression(given)
-    return tuple(negative(as_expression(part)) for part in given)
+    gravity = model.gravity
+    if not isinstance(gravity, (tuple, list)):
+        return NOTHING, NOTHING, as_expression(gravity)
+    return tuple(negative(as_expression(part)) for part in gravity)
 
 
 @dataclass(frozen=True)
@@ -105,15 +114,11 @@ class Body:
     body may have a `shape`, in which it is drawn.
     """
 
-    mass: Quantity
-    inertia: Inertia
+    mass: Quantity = given("kg", bound="positive")
+    inertia: Inertia = given("kg.m2", bound="positive", counts=(3, 6))
     description: str = ""
     added_mass: bool = False
     shape: Shape | None = None
-
-    scalars: ClassVar = {"mass": "kg", "inertia": "kg.m2"}
-    positive: ClassVar = ("mass", "inertia")
-    in_space: ClassVar = {"inertia": (3, 6)}
 
     @property
     def is_neutral(self) -> bool:
@@ -149,8 +154,8 @@ class Joint:
     type: str
     child: str
     parent: str = GROUND
-    parent_to_joint: Vector = ORIGIN
-    joint_to_child: Vector = ORIGIN
+    parent_to_joint: Vector = given("m", ORIGIN, is_vector=True)
+    joint_to_child: Vector = given("m", ORIGIN, is_vector=True)
     direction: Vector | None = None
     coordinate: AngleReference | None = None
     initial: dict[str, Quantity] = field(default_factory=dict)
@@ -159,15 +164,11 @@ class Joint:
     second_axis: Vector | None = None
     reaction_axes: Axes = "world"
 
-    vectors: ClassVar = {"parent_to_joint": "m", "joint_to_child": "m"}
-
 
 @dataclass(frozen=True)
 class Point:
     """A point of `body`, at (x, z) [m] from its centre of gravity (from the origin, if ground)."""
 
     body: str
-    at: Vector
+    at: Vector = given("m", is_vector=True)
     description: str = ""
-
-    vectors: ClassVar = {"at": "m"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import TYPE_CHECKING, Any
 
@@ -17,13 +17,11 @@ from m4e_fmi.model.expression import (
     ExpressionError,
     UnknownFunctionError,
 )
-from m4e_fmi.model.quantity import as_expression
+from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.units import TOO_LARGE, parse_quantity
 
 if TYPE_CHECKING:
     from types import SimpleNamespace
-
-    from _typeshed import DataclassInstance
 
     from m4e_fmi.model.model import Model
 
@@ -104,17 +102,17 @@ class Known:
 
 
 def quantities(
-    at: Location, element: DataclassInstance, known: Known, *, leaving_out: Collection[str] = ()
+    at: Location, element: object, known: Known, *, leaving_out: Collection[str] = ()
 ) -> Iterator[ModelFinding]:
     """Problems of the numbers and expressions of an element; None where None is one."""
-    optional = {field.name for field in fields(element) if field.default is None}
-    for field in getattr(element, "scalars", ()):
-        is_absent = field in optional and getattr(element, field) is None
-        if not is_absent and field not in leaving_out:
-            counts = getattr(element, "in_space", {}).get(field, ())
-            yield from numbers((*at, field), getattr(element, field), known, counts)
-    for field in getattr(element, "vectors", ()):
-        yield from vectors((*at, field), getattr(element, field), known)
+    for field, about in quantities_of(element).items():
+        value = getattr(element, field)
+        if field in leaving_out or (about["is_optional"] and value is None):
+            continue
+        if about["is_vector"]:
+            yield from vectors((*at, field), value, known)
+        else:
+            yield from numbers((*at, field), value, known, about["counts"])
 
 
 MAY_BE_ZERO = ("moment",)

@@ -4,9 +4,8 @@ Unlike geometry and masses, loads may depend on the time `t`, on tables, and on 
 expression names variables as the FMU does, `joint.<name>.q` and `u`; `body.<name>.x`, `z`, `theta`,
 `vx`, `vz`, `omega`; `point.<name>.x`, `z`, `vx`, `vz`.
 
-`type` is a load's name in files. `scalars` and `vectors` are its quantities with their units; one
-that is None is not used. Of the fields in `either`, one is given. Those in `not_negative` must not
-be negative, and a warning tells those in `seldom_negative` that are.
+`type` is a load's name in files; a quantity that is None is not used. Of the fields in `either`,
+one is given.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias, get_args
 
 from m4e_fmi.model.elements import ORIGIN, Axes, Quantity, Vector
+from m4e_fmi.model.quantity import given
 
 QuantityOrVector: TypeAlias = "Quantity | Vector"
 
@@ -36,17 +36,14 @@ class TensionSpring(_Described):
     """
 
     points: tuple[str, str]
-    stiffness: Quantity | None = None
-    length: Quantity | None = None
-    law: Quantity | None = None
+    stiffness: Quantity | None = given("N/m", None, bound="seldom negative")
+    length: Quantity | None = given("m", None, bound="not negative")
+    law: Quantity | None = given("N", None)
 
     type: ClassVar = "tension_spring"
-    scalars: ClassVar = {"stiffness": "N/m", "length": "m", "law": "N"}
     either: ClassVar = ("stiffness", "law")
     required: ClassVar = ("length",)
     law_variables: ClassVar = ("l", "ld")
-    not_negative: ClassVar = ("length",)
-    seldom_negative: ClassVar = ("stiffness",)
 
 
 @dataclass(frozen=True)
@@ -57,14 +54,12 @@ class TensionDamper(_Described):
     """
 
     points: tuple[str, str]
-    damping: Quantity | None = None
-    law: Quantity | None = None
+    damping: Quantity | None = given("N.s/m", None, bound="seldom negative")
+    law: Quantity | None = given("N", None)
 
     type: ClassVar = "tension_damper"
-    scalars: ClassVar = {"damping": "N.s/m", "law": "N"}
     either: ClassVar = ("damping", "law")
     law_variables: ClassVar = ("ld",)
-    seldom_negative: ClassVar = ("damping",)
 
 
 @dataclass(frozen=True)
@@ -77,15 +72,12 @@ class TensionStop(_Described):
     """
 
     points: tuple[str, str]
-    stiffness: Quantity
-    lower: Quantity | None = None
-    upper: Quantity | None = None
-    damping: Quantity = 0.0
+    stiffness: Quantity = given("N/m", bound="positive")
+    lower: Quantity | None = given("m", None, bound="not negative")
+    upper: Quantity | None = given("m", None, bound="not negative")
+    damping: Quantity = given("N.s/m", 0.0, bound="not negative")
 
     type: ClassVar = "tension_stop"
-    scalars: ClassVar = {"stiffness": "N/m", "lower": "m", "upper": "m", "damping": "N.s/m"}
-    positive: ClassVar = ("stiffness",)
-    not_negative: ClassVar = ("lower", "upper", "damping")
 
 
 @dataclass(frozen=True)
@@ -97,12 +89,10 @@ class Bushing(_Described):
     """
 
     points: tuple[str, str]
-    stiffness: Quantity = 0.0
-    damping: Quantity = 0.0
+    stiffness: Quantity = given("N/m", 0.0, bound="seldom negative")
+    damping: Quantity = given("N.s/m", 0.0, bound="seldom negative")
 
     type: ClassVar = "bushing"
-    scalars: ClassVar = {"stiffness": "N/m", "damping": "N.s/m"}
-    seldom_negative: ClassVar = ("stiffness", "damping")
 
 
 @dataclass(frozen=True)
@@ -116,15 +106,13 @@ class TorsionSpring(_Described):
     """
 
     bodies: tuple[str, str]
-    stiffness: Quantity | None = None
-    angle: Quantity = 0.0
-    law: Quantity | None = None
+    stiffness: Quantity | None = given("N.m/rad", None, bound="seldom negative")
+    angle: Quantity = given("rad", 0.0)
+    law: Quantity | None = given("N.m", None)
 
     type: ClassVar = "torsion_spring"
-    scalars: ClassVar = {"stiffness": "N.m/rad", "angle": "rad", "law": "N.m"}
     either: ClassVar = ("stiffness", "law")
     law_variables: ClassVar = ("theta", "thetad")
-    seldom_negative: ClassVar = ("stiffness",)
 
 
 @dataclass(frozen=True)
@@ -135,14 +123,12 @@ class TorsionDamper(_Described):
     """
 
     bodies: tuple[str, str]
-    damping: Quantity | None = None
-    law: Quantity | None = None
+    damping: Quantity | None = given("N.m.s/rad", None, bound="seldom negative")
+    law: Quantity | None = given("N.m", None)
 
     type: ClassVar = "torsion_damper"
-    scalars: ClassVar = {"damping": "N.m.s/rad", "law": "N.m"}
     either: ClassVar = ("damping", "law")
     law_variables: ClassVar = ("thetad",)
-    seldom_negative: ClassVar = ("damping",)
 
 
 @dataclass(frozen=True)
@@ -150,11 +136,10 @@ class PointForce(_Described):
     """A force (F_x, F_z) [N] at a point, in world axes or in those of the point's body."""
 
     point: str
-    force: Vector
+    force: Vector = given("N", is_vector=True)
     axes: Axes = "world"
 
     type: ClassVar = "point_force"
-    vectors: ClassVar = {"force": "N"}
 
 
 @dataclass(frozen=True)
@@ -165,14 +150,11 @@ class BodyForce(_Described):
     """
 
     body: str
-    force: Vector = ORIGIN
-    moment: QuantityOrVector = 0.0
+    force: Vector = given("N", ORIGIN, is_vector=True)
+    moment: QuantityOrVector = given("N.m", 0.0, counts=(3,))
     axes: Axes = "world"
 
     type: ClassVar = "body_force"
-    scalars: ClassVar = {"moment": "N.m"}
-    in_space: ClassVar = {"moment": (3,)}
-    vectors: ClassVar = {"force": "N"}
 
 
 @dataclass(frozen=True)
@@ -183,13 +165,10 @@ class PointDrag(_Described):
     """
 
     point: str
-    coefficient: Quantity
-    flow: Vector = ORIGIN
+    coefficient: Quantity = given("kg/m", bound="not negative")
+    flow: Vector = given("m/s", ORIGIN, is_vector=True)
 
     type: ClassVar = "point_drag"
-    scalars: ClassVar = {"coefficient": "kg/m"}
-    vectors: ClassVar = {"flow": "m/s"}
-    not_negative: ClassVar = ("coefficient",)
 
 
 @dataclass(frozen=True)
@@ -200,14 +179,11 @@ class BodyDrag(_Described):
     """
 
     body: str
-    coefficient: Quantity = 0.0
-    moment_coefficient: Quantity = 0.0
-    flow: Vector = ORIGIN
+    coefficient: Quantity = given("kg/m", 0.0, bound="not negative")
+    moment_coefficient: Quantity = given("N.m.s2/rad2", 0.0, bound="not negative")
+    flow: Vector = given("m/s", ORIGIN, is_vector=True)
 
     type: ClassVar = "body_drag"
-    scalars: ClassVar = {"coefficient": "kg/m", "moment_coefficient": "N.m.s2/rad2"}
-    vectors: ClassVar = {"flow": "m/s"}
-    not_negative: ClassVar = ("coefficient", "moment_coefficient")
 
 
 @dataclass(frozen=True)
@@ -219,11 +195,10 @@ class JointEffort(_Described):
     """
 
     joint: str
-    effort: Quantity
+    effort: Quantity = given("N.m or N")
     along: str = ""
 
     type: ClassVar = "joint_effort"
-    scalars: ClassVar = {"effort": "N.m or N"}
 
 
 @dataclass(frozen=True)
@@ -236,14 +211,11 @@ class JointFriction(_Described):
     """
 
     joint: str
-    effort: Quantity
-    velocity: Quantity
+    effort: Quantity = given("N.m or N", bound="not negative")
+    velocity: Quantity = given("rad/s or m/s", bound="positive")
     along: str = ""
 
     type: ClassVar = "joint_friction"
-    scalars: ClassVar = {"effort": "N.m or N", "velocity": "rad/s or m/s"}
-    positive: ClassVar = ("velocity",)
-    not_negative: ClassVar = ("effort",)
 
 
 @dataclass(frozen=True)
@@ -255,21 +227,13 @@ class JointStop(_Described):
     """
 
     joint: str
-    stiffness: Quantity
-    lower: Quantity | None = None
-    upper: Quantity | None = None
-    damping: Quantity = 0.0
+    stiffness: Quantity = given("N.m/rad or N/m", bound="positive")
+    lower: Quantity | None = given("rad or m", None)
+    upper: Quantity | None = given("rad or m", None)
+    damping: Quantity = given("N.m.s/rad or N.s/m", 0.0, bound="not negative")
     along: str = ""
 
     type: ClassVar = "joint_stop"
-    scalars: ClassVar = {
-        "stiffness": "N.m/rad or N/m",
-        "lower": "rad or m",
-        "upper": "rad or m",
-        "damping": "N.m.s/rad or N.s/m",
-    }
-    positive: ClassVar = ("stiffness",)
-    not_negative: ClassVar = ("damping",)
 
 
 Load = (

@@ -4,14 +4,46 @@ from __future__ import annotations
 
 import math
 import sys
-from functools import reduce
+from collections.abc import Mapping
+from dataclasses import MISSING, field, fields
+from functools import cache, reduce
 from numbers import Real
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
 from m4e_fmi.model.expression import FUNCTIONS, Expression, ExpressionError, parse
 
 if TYPE_CHECKING:
     import sympy
+
+Bound = Literal["", "positive", "not negative", "seldom negative"]
+
+
+def given(
+    unit: str,
+    default: object = MISSING,
+    *,
+    is_vector: bool = False,
+    bound: Bound = "",
+    counts: tuple[int, ...] = (),
+) -> Any:
+    """A field of an element that is a number or expression in `unit`, or a vector of these.
+
+    None, as a default, is no number. `bound` is that of its value; a warning tells those that are
+    "seldom negative". In space it has as many numbers as one of `counts`, if there are any.
+    """
+    about = {"unit": unit, "is_vector": is_vector, "bound": bound, "counts": counts}
+    return field(default=default, metadata=about | {"is_optional": default is None})
+
+
+def quantities_of(element: object) -> Mapping[str, Mapping[str, Any]]:
+    """The fields of an element that are `given` as numbers, and what is said of each."""
+    return _quantities_of(type(element))
+
+
+@cache
+def _quantities_of(kind: Any) -> Mapping[str, Mapping[str, Any]]:
+    return {one.name: one.metadata for one in fields(kind) if one.metadata}
+
 
 _SYMPY_NAMES = {"Abs": "abs", "Min": "min", "Max": "max"}
 

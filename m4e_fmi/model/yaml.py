@@ -25,16 +25,8 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import heading, read_columns
 from m4e_fmi.files.document import Document, Location, Section, rejected
 from m4e_fmi.joints import JOINT_TYPES
-from m4e_fmi.model.checks import (
-    ModelFinding,
-    Names,
-    element_findings,
-    further_findings,
-    whole_findings,
-)
+from m4e_fmi.model.checks import group_findings
 from m4e_fmi.model.elements import (
-    GROUND,
-    ORIGIN,
     AngleReference,
     Axes,
     Body,
@@ -42,6 +34,7 @@ from m4e_fmi.model.elements import (
     Parameter,
     Point,
 )
+from m4e_fmi.model.findings import ModelFinding, Names
 from m4e_fmi.model.joint_checks import joint_type_elsewhere
 from m4e_fmi.model.loads import LOAD_TYPES, Load
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
@@ -111,8 +104,13 @@ _FIELD_TYPES: dict[str, object] = {
     "Quantity": Quantity,
     "Quantity | None": Annotated[float | str | None, BeforeValidator(_number_text_or_nothing)],
     "QuantityOrVector": Numbers,
+    "Inertia": Numbers,
     "Vector": Vector,
+    "Vector | None": Vector | None,
+    "AngleReference | None": AngleReference | None,
     "Axes": Axes,
+    "dict[str, Quantity]": dict[str, Quantity],
+    "bool": bool,
     "str": str,
     "tuple[str, str]": tuple[str, str],
 }
@@ -122,7 +120,10 @@ def _section(kind: type[DataclassInstance], **given: Any) -> type[Section]:
     """The section of a file that gives the fields of an element, and those `given`."""
     for field in fields(kind):
         default = ... if field.default is MISSING else field.default
-        given[field.name] = (_FIELD_TYPES[str(field.type)], default)
+        if field.default_factory is not MISSING:
+            default = Field(default_factory=field.default_factory)
+        if field.name not in given:
+            given[field.name] = (_FIELD_TYPES[str(field.type)], default)
     return create_model(f"{kind.__name__}Section", __base__=Section, **given)
 
 
@@ -166,41 +167,6 @@ else:
     ]
 
 
-class BodySection(Section):
-    """A body: mass and moment of inertia about its centre of gravity."""
-
-    mass: Quantity
-    inertia: Numbers
-    description: str = ""
-    added_mass: bool = False
-    shape: ShapeSection | None = None
-
-
-class JointSection(Section):
-    """A joint: bodies, geometry and start values."""
-
-    type: Annotated[str, BeforeValidator(_joint_type)]
-    child: str
-    parent: str = GROUND
-    parent_to_joint: Vector = ORIGIN
-    joint_to_child: Vector = ORIGIN
-    direction: Vector | None = None
-    axis: Vector | None = None
-    second_axis: Vector | None = None
-    coordinate: AngleReference | None = None
-    reaction_axes: Axes = "world"
-    initial: dict[str, Quantity] = Field(default_factory=dict)
-    description: str = ""
-
-
-class PointSection(Section):
-    """A point fixed in a body."""
-
-    body: str
-    at: Vector
-    description: str = ""
-
-
 class TableSection(Section):
     """A table over time, its numbers given here or in a CSV file."""
 
@@ -213,8 +179,11 @@ class TableSection(Section):
 
 
 if TYPE_CHECKING:
-    LoadSection = Section
+    BodySection = JointSection = PointSection = LoadSection = Section
 else:
+    BodySection = _section(Body, shape=(ShapeSection | None, None))
+    JointSection = _section(Joint, type=(Annotated[str, BeforeValidator(_joint_type)], ...))
+    PointSection = _section(Point)
     sections = (_section(kind, type=(Literal[name], ...)) for name, kind in LOAD_TYPES.items())
     LoadSection = Annotated[reduce(operator.or_, sections), Field(discriminator="type")]
 
@@ -251,12 +220,8 @@ def model_of(document: Document) -> Model:
         namespace = SimpleNamespace(
             gravity=section.gravity, dimensions=section.dimensions, **groups
         )
-        found = list(element_findings(namespace, names))
-        if not found and not problems:
-            found = list(whole_findings(namespace))
-        else:
-            complete = all(_is_whole(document, groups, group) for group in ("bodies", "joints"))
-            found += list(further_findings(namespace, found, complete=complete))
+        complete = all(_is_whole(document, groups, group) for group in ("bodies", "joints"))
+        found = group_findings(namespace, names, complete=complete)
         if not found and not problems:
             model = Model(
                 name=section.name,
@@ -305,7 +270,7 @@ def _shapes(section: ModelSection, folder: Path) -> tuple[dict[str, Shape], list
     shapes: dict[str, Shape] = {}
     found: list[ModelFinding] = []
     for name, body in section.bodies.items():
-        given = {key: value for key, value in body.shape or () if value is not None}
+        given = {key: value for key, value in dict(body)["shape"] or () if value is not None}
         for key in SHAPES.keys() & given.keys():
             make: Callable[..., Shape] = SHAPES[key]
             shapes[name] = make(**dict(given[key]))

@@ -18,7 +18,7 @@ from m4e_fmi.model.elements import (
     vector,
 )
 from m4e_fmi.model.expression import Values
-from m4e_fmi.model.quantity import as_expression
+from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.multibody.assembly import Scalars
 from m4e_fmi.multibody.topology import Topology, TreeLink
 from m4e_fmi.program import AnyScalar, Recorder, Variable
@@ -220,7 +220,7 @@ def _nominal(model: Model) -> dict[str, float]:
     """
     values = parameter_values(model.parameters)
     elements = (*model.joints.values(), *model.points.values())
-    arms = (vector(element, field) for element in elements for field in element.vectors)
+    arms = (vector(element, field) for element in elements for field in quantities_of(element))
     sizes = (math.hypot(*(part.evaluate(values) for part in arm)) for arm in arms)
     length = max(sizes, default=0.0) or 1.0
     gravity = math.hypot(*(part.evaluate(values) for part in gravity_of(model)))

@@ -29,6 +29,7 @@ from m4e_fmi.model.antiderivative import potential
 from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import NOTHING
 from m4e_fmi.model.loads import Load
+from m4e_fmi.model.quantity import quantities_of
 from m4e_fmi.multibody.topology import MotionValues, in_space
 from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, sign, tanh
 from m4e_fmi.space import (
@@ -356,6 +357,6 @@ def _named(names: Sequence[str], vector: Vector, motion: MotionValues) -> dict[s
 
 def _is_constant(load: _Elastic, motion: MotionValues, *, allowed: str = "") -> bool:
     """True if all scalars of the load depend on parameters only, or a law on the allowed name."""
-    given = [name for name in load.scalars if getattr(load, name) is not None]
+    given = [name for name in quantities_of(load) if getattr(load, name) is not None]
     names = frozenset().union(*(quantity(load, name).names() for name in given))
     return names <= {*motion.state.model.parameters, allowed}

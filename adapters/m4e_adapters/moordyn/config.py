@@ -5,12 +5,9 @@ Either the lines are described here, or `file` names a ready MoorDyn v2 input fi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import (
-    BeforeValidator,
     Discriminator,
     Field,
     StringConstraints,
@@ -105,32 +102,15 @@ class LineType(Section):
         )
 
 
-@dataclass(frozen=True)
-class _Unknown:
-    """A name in place of which nothing is written, right or wrong; rejected with what to do."""
-
-    message: str
-    remedy: str
-
-
-def _known(value: object) -> object:
-    if isinstance(value, _Unknown):
-        raise rejected(value.message, value.remedy)
-    return value
-
-
-Reference = Annotated[Name, BeforeValidator(_known)]
-
-
 class Line(Section):
     """A line of `type` from an anchor (or another fairlead) to a fairlead.
 
     unstretched_length [m]; segments: how many pieces it is divided into.
     """
 
-    type: Reference
-    from_: Reference = Field(alias="from")
-    to: Reference
+    type: str
+    from_: str = Field(alias="from")
+    to: str
     unstretched_length: Positive
     segments: int = Field(ge=1, le=1000)
 
@@ -178,15 +158,6 @@ class MooringConfig(Section):
     static_equilibrium: bool = True
     lines: dict[Name, Line] = Field(default_factory=dict)
 
-    @model_validator(mode="before")
-    @classmethod
-    def _references_known(cls, data: object) -> object:
-        """Mark the references of lines that lead nowhere, to be told with all other problems."""
-        if not isinstance(data, dict) or not isinstance(data.get("lines"), dict):
-            return data
-        marked = {name: _with_marks(name, line, data) for name, line in data["lines"].items()}
-        return {**data, "lines": marked}
-
     @field_validator("waves")
     @classmethod
     def _waves_fit(
@@ -230,18 +201,14 @@ class MooringConfig(Section):
     def _fairleads_fit(
         cls, value: dict[str, Place | None], info: ValidationInfo
     ) -> dict[str, Place | None]:
-        water: Water | None = info.data.get("water")
         places = {name: place for name, place in value.items() if place}
-        wrong = _other_dimensions(places, info.data.get("dimensions", 2))
-        _raise("fairleads", wrong or _below_seabed("fairlead", places, water))
+        _raise("fairleads", _misplaced("fairlead", places, info))
         return value
 
     @field_validator("anchors")
     @classmethod
     def _anchors_fit(cls, value: dict[str, Place], info: ValidationInfo) -> dict[str, Place]:
-        water: Water | None = info.data.get("water")
-        wrong = _other_dimensions(value, info.data.get("dimensions", 2))
-        wrong = wrong or _below_seabed("anchor", value, water)
+        wrong = _misplaced("anchor", value, info)
         for name in value:
             if name in (info.data.get("fairleads", ())):
                 text = f"{name!r} is also the name of a fairlead"
@@ -252,20 +219,30 @@ class MooringConfig(Section):
     @field_validator("lines")
     @classmethod
     def _lines_fit(cls, value: dict[str, Line], info: ValidationInfo) -> dict[str, Line]:
-        fairleads = info.data.get("fairleads")
+        keys = ("line_types", "anchors", "fairleads")
+        if not info.data.keys() >= {*keys}:  # one of them is wrong itself
+            return value
+        types, anchors, fairleads = (info.data[key] for key in keys)
         wrong = []
         for name, line in value.items():
+            for key, noun, names in (
+                ("type", "line type", types),
+                ("to", "fairlead", fairleads),
+                ("from", "anchor or fairlead", {*anchors, *fairleads}),
+            ):
+                given = line.from_ if key == "from" else getattr(line, key)
+                if given not in names:
+                    text = f"{name}: there is no {noun} {given!r}"
+                    remedy = suggestion(given, names, "points" if key == "from" else f"{noun}s")
+                    wrong.append(rejected_at((name, key), text, remedy))
             if line.from_ == line.to:
                 text = f"{name} begins and ends at {line.to!r}"
                 wrong.append(rejected_at((name, "from"), text, "let it begin at an anchor"))
-        if fairleads is not None:
-            used = {end for line in value.values() for end in (line.from_, line.to)}
-            idle = [name for name in fairleads if name not in used] if value else []
-            if idle:
-                text = f"no line ends at fairlead {', '.join(map(repr, idle))}"
-                wrong.append(
-                    rejected_at((), text, "add a line with 'to: …', or remove the fairlead")
-                )
+        used = {end for line in value.values() for end in (line.from_, line.to)}
+        idle = [name for name in fairleads if name not in used] if value else []
+        if idle and not wrong:
+            text = f"no line ends at fairlead {', '.join(map(repr, idle))}"
+            wrong.append(rejected_at((), text, "add a line with 'to: …', or remove the fairlead"))
         _raise("lines", wrong)
         return value
 
@@ -289,66 +266,31 @@ class MooringConfig(Section):
         return self
 
 
-_PLACES = {
-    "type": (("line_types",), "line type"),
-    "to": (("fairleads",), "fairlead"),
-    "from": (("anchors", "fairleads"), "anchor or fairlead"),
-}
-"""Where what a key of a line refers to is written, and what it is."""
-
-
-def _with_marks(name: str, line: object, data: Mapping[str, object]) -> object:
-    """A line as it is written, but for `_Unknown` in place of references that lead nowhere."""
-    if isinstance(line, Line):
-        line = line.model_dump(by_alias=True)
-    if not isinstance(line, dict):
-        return line
-    marks = {}
-    for key, (sections, noun) in _PLACES.items():
-        parts = [data.get(section) or () for section in sections]
-        listed = [part for part in parts if isinstance(part, _LISTED)]
-        if not isinstance(line.get(key), str) or len(listed) < len(parts):
-            continue
-        known = {str(word) for part in listed for word in part}
-        if line[key] not in known:
-            text = f"{name}: there is no {noun} {line[key]!r}"
-            noun = "points" if key == "from" else f"{noun}s"
-            marks[key] = _Unknown(text, suggestion(line[key], known, noun))
-    return {**line, **marks}
-
-
-_LISTED = (Mapping, list, tuple)
-
-
-def _other_dimensions(places: dict[str, Place], dimensions: int) -> list[InitErrorDetails]:
-    """A problem for each place with another number of coordinates."""
+def _misplaced(noun: str, places: dict[str, Place], info: ValidationInfo) -> list[InitErrorDetails]:
+    """A problem for each place with another number of coordinates, or below the seabed."""
+    dimensions, water = info.data.get("dimensions", 2), info.data.get("water")
     form = "[x, z]" if dimensions == 2 else "[x, y, z]"
-    remedy = f"write {form}; numbers have a decimal point"
-    if dimensions == 2:
-        remedy += ", and places in space need 'dimensions: 3'"
-    return [
-        rejected_at((name,), f"{name}: expected {form}, got {len(place)} entries", remedy)
-        for name, place in places.items()
-        if len(place) != dimensions
-    ]
+    wrong = []
+    for name, place in places.items():
+        if len(place) != dimensions:
+            remedy = f"write {form}; numbers have a decimal point"
+            if dimensions == 2:
+                remedy += ", and places in space need 'dimensions: 3'"
+            text = f"{name}: expected {form}, got {len(place)} entries"
+            wrong.append(rejected_at((name,), text, remedy))
+        elif water and place[-1] < -water.depth:
+            text = (
+                f"{noun} {name!r} at z = {place[-1]:g} m lies below the seabed at "
+                f"{-water.depth:g} m"
+            )
+            remedy = f"use z >= {-water.depth:g}, or a larger depth"
+            wrong.append(rejected_at((name,), text, remedy))
+    return wrong
 
 
 def in_space(place: Place) -> tuple[float, float, float]:
     """(x, y, z) of a place; y is 0 in the plane."""
     return place[0], place[1] if len(place) == 3 else 0.0, place[-1]
-
-
-def _below_seabed(
-    what: str, places: dict[str, Place], water: Water | None
-) -> list[InitErrorDetails]:
-    wrong = []
-    for name, (*_, z) in places.items():
-        if water and z < -water.depth:
-            text = f"{what} {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
-            wrong.append(
-                rejected_at((name,), text, f"use z >= {-water.depth:g}, or a larger depth")
-            )
-    return wrong
 
 
 def _raise(title: str, wrong: list[InitErrorDetails]) -> None:

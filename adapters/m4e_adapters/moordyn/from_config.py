@@ -36,7 +36,8 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     assert water is not None
     sea = moved(water.depth, water.gravity)
     segments = _segments(config, speed=SPEED + (sea.speed if sea else 0.0))
-    step = internal_step(segments, scheme=config.solver.scheme, wanted=config.solver.time_step)
+    moving = {name: s for name, s in segments.items() if config.lines[name].segments > 1}
+    step = internal_step(moving, scheme=config.solver.scheme, wanted=config.solver.time_step)
     return Mooring(
         text=line_file(config, time_step=step),
         fairleads=tuple(
@@ -50,11 +51,11 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         ),
         lines=tuple(config.lines),
         time_step=step,
-        net=_net(config),
+        net=_net(config, segments),
         at_rest=config.static_equilibrium,
         bed=-water.depth,
         sea=sea,
-        fastest=fastest_water(segments, scheme=config.solver.scheme, step=step),
+        fastest=fastest_water(moving, scheme=config.solver.scheme, step=step),
     )
 
 
@@ -73,7 +74,7 @@ def _sea(config: MooringConfig, folder: Path, depth: float, gravity: float) -> S
     return Sea(waves, config.current, config.stretching, depth=depth, gravity=gravity)
 
 
-def _net(config: MooringConfig) -> NetData:
+def _net(config: MooringConfig, segments: dict[str, Segment]) -> NetData:
     """Points (anchors, then fairleads) and lines, for their static equilibrium."""
     water = config.water
     assert water is not None
@@ -83,24 +84,16 @@ def _net(config: MooringConfig) -> NetData:
     ]
     moved = [{"position": (0.0, 0.0, 0.0), "force": None} for _ in config.fairleads]
     number = {name: k for k, name in enumerate([*config.anchors, *config.fairleads])}
-    lines = []
-    for line in config.lines.values():
-        kind = config.line_types[line.type]
-        lines.append(
-            net_line(
-                ends=(number[line.from_], number[line.to]),
-                segments=line.segments,
-                length=line.unstretched_length,
-                diameter=kind.diameter,
-                mass_per_length=kind.mass_per_length,
-                stiffness=kind.axial_stiffness,
-                bending=kind.bending_stiffness,
-                drag=kind.drag_coefficient,
-                axial_drag=kind.axial_drag_coefficient,
-                density=water.density,
-                gravity=water.gravity,
-            )
+    lines = [
+        net_line(
+            segments[name],
+            ends=(number[line.from_], number[line.to]),
+            count=line.segments,
+            length=line.unstretched_length,
+            gravity=water.gravity,
         )
+        for name, line in config.lines.items()
+    ]
     return {
         "points": [*held, *moved],
         "fairleads": list(range(len(held), len(held) + len(moved))),
@@ -111,11 +104,9 @@ def _net(config: MooringConfig) -> NetData:
 
 
 def _segments(config: MooringConfig, *, speed: float) -> dict[str, Segment]:
-    """A segment of every line that has nodes between its ends, at most at `speed` [m/s]."""
+    """A segment of every line, at most at `speed` [m/s]."""
     found = {}
     for name, line in config.lines.items():
-        if line.segments == 1:
-            continue
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
         held = [config.anchors[end][-1] for end in (line.from_,) if end in config.anchors]
         bed = config.seabed

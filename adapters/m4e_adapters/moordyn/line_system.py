@@ -19,13 +19,15 @@ from math import ceil, hypot, inf, isfinite
 from operator import sub
 
 from .moordyn_system import MoorDynSystem, in_space, warnings_in
-from .placement import below_seabed, misplaced, unplaced
 from .plausibility import (
     above_water,
+    below_seabed,
     coarse_lines,
     high_anchors,
     high_fairleads,
+    misplaced,
     stretched_lines,
+    unplaced,
 )
 from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
 

@@ -23,7 +23,6 @@ from array import array
 from math import hypot, isfinite
 from pathlib import Path
 
-from .console import console_kept
 from .rest import with_nodes
 
 INSTALL = "pip install moordyn==2.7.2"
@@ -291,3 +290,46 @@ def _broken(t, reason):
         f"MoorDyn failed in the step from t = {t:.9g} s ({reason}): fairleads that jump, or an "
         "internal step that is too long; try a smaller communication step or solver time_step"
     )
+
+
+class Console:
+    """Collects what is written to file descriptors 1 and 2."""
+
+    def __init__(self, file):
+        self._file = file
+        self.text = ""
+
+    def write(self, data):
+        """Add these bytes."""
+        os.write(self._file.fileno(), data)
+
+    def finish(self):
+        """Make `text` of all that was written."""
+        self._file.seek(0)
+        self.text = self._file.read().decode("utf-8", "replace")
+
+
+@contextlib.contextmanager
+def console_kept():
+    """Keep the process's standard output and error, C++ included, in a file meanwhile."""
+    with tempfile.TemporaryFile() as file:
+        console = Console(file)
+        _flush_c_streams()
+        saved = []
+        try:
+            for descriptor in (1, 2):
+                with contextlib.suppress(OSError):  # closed, as in a program without a console
+                    saved.append((descriptor, os.dup(descriptor)))
+                    os.dup2(file.fileno(), descriptor)
+            yield console
+        finally:
+            _flush_c_streams()
+            for descriptor, copy in saved:
+                os.dup2(copy, descriptor)
+                os.close(copy)
+            console.finish()
+
+
+def _flush_c_streams():
+    if os.name == "posix":
+        ctypes.CDLL(None).fflush(None)

@@ -101,34 +101,24 @@ class Mooring:
 
 
 def net_line(
-    *,
-    ends: tuple[int, int],
-    segments: int,
-    length: float,
-    diameter: float,
-    mass_per_length: float,
-    stiffness: float,
-    bending: float,
-    drag: float,
-    axial_drag: float,
-    density: float,
-    gravity: float,
+    segment: Segment, *, ends: tuple[int, ...], count: int, length: float, gravity: float
 ) -> dict[str, object]:
-    """A line as `statics.Net` takes it: `ends` are numbers of points from 0, the rest is SI.
+    """A line of `count` segments as `statics.Net` takes it, of unstretched `length` [m].
 
-    `drag` and `axial_drag` are coefficients, the latter for the area π d l.
+    `ends` are the numbers of its two points, from 0; gravity [m/s2].
     """
+    density, diameter = segment.water_density, segment.diameter
     return {
         "ends": ends,
-        "segments": segments,
+        "segments": count,
         "length": length,
-        "stiffness": stiffness,
-        "bending": bending,
-        "weight": mass_per_length * gravity,
+        "stiffness": segment.axial_stiffness,
+        "bending": segment.bending_stiffness,
+        "weight": segment.mass_per_length * gravity,
         "buoyancy": density * gravity * math.pi * diameter**2 / 4,
         "diameter": diameter,
-        "drag": 0.5 * density * diameter * drag,
-        "axial_drag": 0.5 * density * diameter * math.pi * axial_drag,
+        "drag": 0.5 * density * diameter * segment.drag_coefficient,
+        "axial_drag": 0.5 * density * diameter * math.pi * segment.axial_drag_coefficient,
     }
 
 

@@ -27,11 +27,9 @@ from m4e_fmus.water import CHECKS
 from m4e_fmus.water.surroundings import is_of
 
 TRAVELS = (
-    "console.py",
     "line_system.py",
     "moordyn_system.py",
     "node_forces.py",
-    "placement.py",
     "plausibility.py",
     "rest.py",
     "statics.py",

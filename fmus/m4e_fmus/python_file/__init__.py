@@ -8,22 +8,35 @@ contains.
 from __future__ import annotations
 
 import json
+import shutil
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
+from m4e_fmi.files.document import Section
 from m4e_fmi.files.files_read import read_text
 from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.program import Program
-from m4e_fmus.python_file.config import Config
-from m4e_fmus.python_file.declarations import Lines, Variables, declared, ends_of_process
-from m4e_fmus.python_file.recorded import recorded
-from m4e_fmus.python_file.recording_file import CannotBeRecordedError
+from m4e_fmus.python_file.declarations import Lines, Variables, declared
+from m4e_fmus.python_file.recorded import CannotBeRecordedError, recorded
 from m4e_fmus.python_file.user_class import UserClass, UserCodeError, loaded
 
 HERE = Path(__file__).parent
 TRAVELS = ("slave.py", "user_class.py", "saved_values.py")
+
+
+class Config(Section):
+    """A component in one Python `file`, with a class that declares variables and computes.
+
+    `files` are others that it reads or imports, which travel beside it in the FMU. Both are
+    relative to the system file's folder. The file is run when the system is read.
+    """
+
+    file: str
+    files: tuple[str, ...] = ()
 
 
 def _build(
@@ -43,32 +56,54 @@ def _build(
         if name_of in names[:k]:
             text = f"two files are called {name_of}: they travel in one folder"
             raise InputError.single(text, "rename one of them", keys=("files", k - 1))
-    shown, lines = path.name, Lines(_source(path))
-    _check_ends([path, *(file for file in others if file.suffix == ".py")])
+    places = list(sys.path)
+    # as in the FMU: what is not there is not found here either, also in the current folder
+    with TemporaryDirectory() as alone:
+        for file in (path, *others):
+            shutil.copy(file, alone)
+        sys.path[:] = [place for place in places if Path(place).resolve() != path.parent]
+        try:
+            return _made(Path(alone) / path.name, path, others, name=name, progress=progress)
+        finally:
+            sys.path[:] = places
+
+
+def _made(
+    copy: Path, path: Path, others: list[Path], *, name: str, progress: Callable[[str], None]
+) -> Program | PythonSource:
+    """The component of a `copy` of the file at `path`, with `others` beside it."""
+    shown = path.name
     try:
-        user = UserClass(loaded(path, shown, f"checked_{path.stem}", travels=names), path, shown)
+        source = read_text(path)
+        module = loaded(copy, shown, f"checked_{path.stem}")
+        user = UserClass(module, copy, shown)
+    except UnicodeDecodeError:
+        raise InputError.single("is not text in UTF-8", "save it so", str(path)) from None
     except UserCodeError as error:
-        raise _input_error(str(error), path) from None
+        place, _, text = str(error).removeprefix(f"{shown}:").partition(": ")
+        if place.isdigit():
+            raise InputError([Problem(text, "", str(path), int(place))]) from None
+        raise InputError.single(str(error).removeprefix(f"{shown}: "), "", str(path)) from None
+    lines = Lines(source)
     variables = declared(user, path, lines)
     for method in ("rates", "calculate"):
-        line, attribute = lines.of_changes(user.kind.__name__, method)
+        line, attribute = lines.of_changes(method)
         if line:
             progress(
                 f"warning: {shown}:{line}: {method} sets self.{attribute}, but it is called any "
                 "number of times in a step, also with values that are only tried: set it in start "
                 "or step"
             )
-    if not others:
-        try:
-            program = recorded(path, shown, name=name, variables=variables, lines=lines)
-        except CannotBeRecordedError as error:
-            progress(f"{shown} stays Python code, it cannot be recorded: {error}")
-        else:
-            progress(f"{shown} is recorded as a program")
-            return program
-    else:
+    if others:
         progress(f"{shown} stays Python code: it has other files beside it")
-    return _python_source(user, path, others, name=name, variables=variables, lines=lines)
+        return _python_source(user, path, others, name=name, variables=variables, lines=lines)
+    try:
+        program = recorded(copy, shown, name=name, variables=variables, lines=lines)
+    except CannotBeRecordedError as error:
+        progress(f"{shown} stays Python code, it cannot be recorded: {error}")
+        return _python_source(user, path, others, name=name, variables=variables, lines=lines)
+    progress(f"{shown} is recorded as a program")
+    return program
 
 
 def _there(folder: Path, file: str, keys: tuple[str | int, ...]) -> Path:
@@ -81,36 +116,6 @@ def _there(folder: Path, file: str, keys: tuple[str | int, ...]) -> Path:
     return path
 
 
-def _source(path: Path) -> str:
-    try:
-        return read_text(path)
-    except UnicodeDecodeError:
-        raise InputError.single("is not text in UTF-8", "save it so", str(path)) from None
-
-
-def _check_ends(paths: list[Path]) -> None:
-    """InputError if a file calls what ends the process: nothing of it may have run before."""
-    problems = [
-        Problem(
-            f"os.{name} ends the whole run without an error",
-            "raise an error: it is told with its line, and the rows up to there are kept",
-            str(path),
-            line,
-        )
-        for path in paths
-        for line, name in ends_of_process(_source(path))
-    ]
-    InputError.raise_for(problems)
-
-
-def _input_error(text: str, path: Path) -> InputError:
-    """The error of the text "file:line: message"."""
-    place, _, rest = text.removeprefix(f"{path.name}:").partition(": ")
-    if place.isdigit():
-        return InputError([Problem(rest, "", str(path), int(place))])
-    return InputError.single(text.removeprefix(f"{path.name}: "), "", str(path))
-
-
 def _python_source(
     user: UserClass,
     path: Path,
@@ -120,16 +125,13 @@ def _python_source(
     variables: Variables,
     lines: Lines,
 ) -> PythonSource:
-    held, calculated = _divided(user, variables)
     data = {
         "file": path.name,
-        "shown": path.name,
         "variables": {g: [asdict(v) for v in own.values()] for g, own in variables.items()},
-        "held": held,
-        "calculated": calculated,
+        "holds": not user.has("calculate"),
     }
     text = user.kind.__doc__ or f"{user.kind.__name__} of {path.name}"
-    described = _described(variables, held, user, lines, path.name)
+    described = _described(variables, user, lines, path.name)
     return PythonSource(
         description=ModelDescription(name, text.strip(), tuple(described)),
         slave="slave:PythonFileSlave",
@@ -141,17 +143,8 @@ def _python_source(
     )
 
 
-def _divided(user: UserClass, variables: Variables) -> tuple[list[str], list[str]]:
-    """Outputs that a step returns and holds, and those that `calculate` does whenever it is asked.
-
-    All are of one sort: `calculate` has them if it is there.
-    """
-    names = list(variables["outputs"])
-    return ([], names) if user.has("calculate") else (names, [])
-
-
 def _described(
-    variables: Variables, held: list[str], user: UserClass, lines: Lines, shown: str
+    variables: Variables, user: UserClass, lines: Lines, shown: str
 ) -> Iterator[FmuVariable]:
     """The variables of the FMU, with the place in the file where an output comes from.
 
@@ -159,6 +152,7 @@ def _described(
     Those of code with steps of its own are discrete: they change where it is sampled.
     """
     variability = "discrete" if user.has("step") else "continuous"
+    held = not user.has("calculate")  # outputs are those that the last step has returned
     for v in variables["parameters"].values():
         for element in v.elements:
             yield FmuVariable(
@@ -173,14 +167,14 @@ def _described(
             yield FmuVariable(
                 element, v.unit, v.text, causality="output", initial="exact", start=v.start
             )
+    method = user.line("step" if held else "calculate")
     for v in variables["outputs"].values():
-        method = user.line("step" if v.name in held else "calculate")
-        text = v.made_at(f"{shown}:{lines.of_result(v.name, method)}")
+        text = v.made_at(f"{shown}:{lines.of(v.name, after=method)}")
         for element in v.elements:
             yield FmuVariable(
                 element, v.unit, text,
                 causality="output", variability=variability, initial="calculated",
-                dependencies=() if v.name in held else None, initial_dependencies=None,
+                dependencies=() if held else None, initial_dependencies=None,
             )  # fmt: skip
 
 

@@ -7,7 +7,6 @@ import inspect
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -30,46 +29,40 @@ FORMS = {
 }
 
 
-ENDS = ("_exit", "abort")
-"""Functions of `os` that no error handling sees."""
-
-
-@dataclass(frozen=True)
 class Lines:
-    """Where the source names things."""
+    """Where the `source` names things."""
 
-    source: str
+    def __init__(self, source: str) -> None:
+        self.tree = ast.parse(source)
 
-    def of(self, name: str) -> int:
-        """The line of the first dict key `name`, 0 if there is none."""
+    def of(self, name: str, after: int = 0) -> int:
+        """The first line from line `after` on with the dict key `name`; else `after`."""
         keys = (
             key.lineno
-            for node in ast.walk(ast.parse(self.source))
+            for node in ast.walk(self.tree)
             if isinstance(node, ast.Dict)
             for key in node.keys
-            if isinstance(key, ast.Constant) and key.value == name
+            if isinstance(key, ast.Constant) and key.value == name and key.lineno >= after
         )
-        return min(keys, default=0)
+        return min(keys, default=after)
 
     def of_class(self, name: str) -> int:
         """The line of the class `name`, 0 if it is not in the source."""
         classes = (
             node.lineno
-            for node in ast.walk(ast.parse(self.source))
+            for node in ast.walk(self.tree)
             if isinstance(node, ast.ClassDef) and node.name == name
         )
         return min(classes, default=0)
 
-    def of_changes(self, kind: str, method: str) -> tuple[int, str]:
-        """The first line of a method of the class `kind` that sets an attribute of its object.
+    def of_changes(self, method: str) -> tuple[int, str]:
+        """The first line of a method that sets an attribute of its object, and its name.
 
-        And the name of that; 0 and no name if there is none.
+        0 and no name if there is none.
         """
         found = [
             (node.lineno, node.attr)
-            for one in ast.walk(ast.parse(self.source))
-            if isinstance(one, ast.ClassDef) and one.name == kind
-            for function in one.body
+            for function in ast.walk(self.tree)
             if isinstance(function, ast.FunctionDef) and function.name == method
             for node in ast.walk(function)
             if isinstance(node, ast.Attribute)
@@ -78,43 +71,6 @@ class Lines:
             and node.value.id in [argument.arg for argument in function.args.args[:1]]
         ]
         return min(found, default=(0, ""))
-
-    def of_result(self, name: str, method: int) -> int:
-        """The first line after that of a `method` with the dict key `name`; else `method`."""
-        keys = (
-            key.lineno
-            for node in ast.walk(ast.parse(self.source))
-            if isinstance(node, ast.Dict)
-            for key in node.keys
-            if isinstance(key, ast.Constant) and key.value == name and key.lineno >= method
-        )
-        return min(keys, default=method)
-
-
-def ends_of_process(source: str) -> list[tuple[int, str]]:
-    """Line and name of each use of a function of `os` that ends the process at once.
-
-    The run would have no error to tell, and its exit code might be 0. Nothing if the source is not
-    valid Python.
-    """
-    try:
-        nodes = [*ast.walk(ast.parse(source))]
-    except (SyntaxError, ValueError):
-        return []
-    used = [
-        (node.lineno, node.attr)
-        for node in nodes
-        if isinstance(node, ast.Attribute)
-        and isinstance(node.value, ast.Name)
-        and node.value.id == "os"
-    ]
-    imported = [
-        (node.lineno, alias.name)
-        for node in nodes
-        if isinstance(node, ast.ImportFrom) and node.module == "os"
-        for alias in node.names
-    ]
-    return sorted(found for found in (*used, *imported) if found[1] in ENDS)
 
 
 def declared(user: UserClass, path: Path, lines: Lines) -> Variables:

@@ -1,100 +1,98 @@
-"""The user's class as a Program: its methods recorded on scalars, and compared with themselves."""
+"""The user's class as a Program: its methods recorded on scalars, and compared with themselves.
+
+The file meets functions that record in place of `math`, `min` and `max`. An equality, a branch or a
+conversion to a number cannot be recorded; nor can an object that changes while it computes.
+"""
 
 from __future__ import annotations
 
+import ast
+import builtins
 import math
 import random
-import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from functools import reduce
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import NoReturn
 
-from m4e_fmi.program import Program, Recorder, Scalar, Variable
+from m4e_fmi.program import Program, Recorder, Scalar, Variable, functions
+from m4e_fmi.program.functions import AnyScalar
 from m4e_fmi.program.tape import evaluated
 from m4e_fmus.python_file.declarations import Lines, Variables
-from m4e_fmus.python_file.recording_file import (
-    CannotBeRecordedError,
-    check,
-    nothing_is_equal,
-    prepare,
-)
-from m4e_fmus.python_file.user_class import (
-    Declared,
-    UserClass,
-    UserCodeError,
-    Value,
-    Values,
-    loaded,
-)
+from m4e_fmus.python_file.user_class import UserClass, UserCodeError, Value, Values, loaded
 
-SAMPLES = 48  # of inputs, states and time at which program and code are compared
+RECORDED = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "tanh", "exp", "log", "sqrt")
+SPREADS = (0.0, 1.0, 0.1, 1e-2, 1.0, 1e-3, 1.0, 0.1)
+"""Of the values around the start values at which program and code are compared, relative."""
 CLOSE = 1e-9
 
 
-def recorded(path: Path, shown: str, *, name: str, variables: Variables, lines: Lines) -> Program:
-    """The program of the class in the file; CannotBeRecordedError if it has none.
+class CannotBeRecordedError(Exception):
+    """Code that has no form as straight-line arithmetic; the text says where and why."""
 
-    The file is recorded without those beside it, whose changes would go unnoticed.
-    """
-    check(lines.source)
-    with TemporaryDirectory() as folder:
-        alone = Path(shutil.copy(path, folder))
-        try:
-            program, again = (
-                _program(alone, shown, name=name, variables=variables, lines=lines)
-                for _ in range(2)
-            )
-        except UserCodeError as error:
-            raise CannotBeRecordedError(str(error)) from None
-        if program != again:
-            raise CannotBeRecordedError("it computes something else each time")
-        _compare(program, alone, shown, variables)
+
+def recorded(path: Path, shown: str, *, name: str, variables: Variables, lines: Lines) -> Program:
+    """The program of the class in the file; CannotBeRecordedError if it has none."""
+    for node in ast.walk(lines.tree):  # objects that record are not of the type float
+        if isinstance(node, ast.Match):
+            raise CannotBeRecordedError(f"line {node.lineno} matches patterns")
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "type"):
+            raise CannotBeRecordedError(f"line {node.lineno} asks for a type")
+    seen = Values(
+        {k: v for g in ("parameters", "inputs", "states") for k, v in variables[g].items()}
+    )
+    try:
+        user = UserClass(loaded(path, shown, f"recorded_{path.stem}", _prepare), path, shown)
+        program = _program(user, seen, name=name, variables=variables, lines=lines)
+        user = UserClass(loaded(path, shown, f"compared_{path.stem}"), path, shown)
+    except UserCodeError as error:
+        raise CannotBeRecordedError(str(error)) from None
+    _compare(program, user, seen, variables)
     return program
 
 
-def _program(path: Path, shown: str, *, name: str, variables: Variables, lines: Lines) -> Program:
-    user = UserClass(loaded(path, shown, f"recorded_{path.stem}", prepare), path, shown)
+def _program(
+    user: UserClass, seen: Values, *, name: str, variables: Variables, lines: Lines
+) -> Program:
     if user.has("step") or user.has("start"):
         raise CannotBeRecordedError("it has a method step or start")
-    recorder = Recorder(name, user.kind.__doc__ or f"{user.kind.__name__} of {shown}")
-    values = _declare(recorder, variables)
-    seen = Values(
-        {k: v for group in ("parameters", "inputs", "states") for k, v in variables[group].items()}
-    )
-    before = dict(vars(user.object))
-    rates = {}
-    with nothing_is_equal():
-        if variables["states"]:
-            rates = user.results("rates", variables["states"], recorder.time, seen.filled(values))
-        results = user.results(
-            "calculate", variables["outputs"], recorder.time, seen.filled(values)
-        )
-    if vars(user.object) != before:
-        raise CannotBeRecordedError("its object changes while it computes")
-    for element, rate in rates.items():
-        recorder.rate(element, _scalar(rate, element))
-    method = user.line("calculate")
-    for variable in variables["outputs"].values():
-        place = f"{shown}:{lines.of_result(variable.name, method)}"
-        for element in variable.elements:
-            value = _scalar(results[element], element)
-            recorder.output(Variable(element, variable.unit, variable.made_at(place)), value)
-    return recorder.program()
-
-
-def _declare(recorder: Recorder, variables: Variables) -> dict[str, Scalar]:
-    """All parameters, inputs and states, by element."""
-    kinds: Mapping[str, Callable[[Variable], Scalar]] = {
-        "parameters": recorder.parameter, "inputs": recorder.input, "states": recorder.state,
-    }  # fmt: skip
-    return {
+    recorder = Recorder(name, user.kind.__doc__ or f"{user.kind.__name__} of {user.shown}")
+    values = {
         element: declare(
             Variable(element, v.unit, v.text, start=v.start, tunable=group == "parameters")
         )
-        for group, declare in kinds.items()
+        for group, declare in (
+            ("parameters", recorder.parameter),
+            ("inputs", recorder.input),
+            ("states", recorder.state),
+        )
         for v in variables[group].values()
         for element in v.elements
     }
+    before = dict(vars(user.object))
+    with _nothing_is_equal():
+        found = _results(user, variables, recorder.time, seen.filled(values))
+    if vars(user.object) != before:
+        raise CannotBeRecordedError("its object changes while it computes")
+    for v in variables["states"].values():
+        for element in v.elements:
+            recorder.rate(element, _scalar(found.pop(element), element))
+    method = user.line("calculate")
+    for v in variables["outputs"].values():
+        place = f"{user.shown}:{lines.of(v.name, after=method)}"
+        for element in v.elements:
+            value = _scalar(found[element], element)
+            recorder.output(Variable(element, v.unit, v.made_at(place)), value)
+    return recorder.program()
+
+
+def _results(user: UserClass, variables: Variables, *arguments: Value) -> dict[str, Value]:
+    """Rates of all states and all outputs, by element."""
+    states, outputs = variables["states"], variables["outputs"]
+    rates = user.results("rates", states, *arguments) if states else {}
+    return rates | user.results("calculate", outputs, *arguments)
 
 
 def _scalar(value: Value, name: str) -> Scalar | float:
@@ -109,60 +107,84 @@ def _scalar(value: Value, name: str) -> Scalar | float:
     return number
 
 
-def _compare(program: Program, path: Path, shown: str, variables: Variables) -> None:
+def _compare(program: Program, user: UserClass, seen: Values, variables: Variables) -> None:
     """CannotBeRecordedError unless the program gives what the code does, at sampled places.
 
     Where the code fails there is nothing to compare; it must not fail everywhere.
     """
-    user = UserClass(loaded(path, shown, f"compared_{path.stem}"), path, shown)
-    groups = {g: variables[g] for g in ("parameters", "inputs", "states")}
-    seen = Values({k: v for group in groups.values() for k, v in group.items()})
     nodes = [*program.rates, *program.results]
     generator, compared = random.Random(1), 0
-    for k in range(SAMPLES):
-        values = _sample(groups, generator, k=k)
-        time = 0.0 if k == 0 else generator.uniform(0.0, 100.0)
-        given = evaluated(program.tape, nodes, {**values, "time": time})
-        own = _own(user, variables, seen.filled(values), time)
-        if own is None:
-            continue
-        compared += 1
-        for node, value in zip(nodes, own, strict=True):
+    starts = {
+        element: v.start
+        for group in ("parameters", "inputs", "states")
+        for v in variables[group].values()
+        for element in v.elements
+    }
+    for spread in SPREADS:
+        values = {
+            element: start + spread * generator.gauss(0.0, 1.0) * (abs(start) or 1.0)
+            for element, start in starts.items()
+        }
+        time = 100.0 * generator.random() if spread else 0.0
+        own = _numbers(user, variables, time, seen.filled(values))
+        given = evaluated(program.tape, nodes, {**values, "time": time}) if own else {}
+        compared += bool(own)
+        for node, value in zip(nodes, own, strict=False):
             if not abs(value - given[node]) <= CLOSE * (1.0 + abs(value)):  # also if it is nan
                 raise CannotBeRecordedError("its results are not those of what it records")
     if not compared:
         raise CannotBeRecordedError("it fails at all values that were tried")
 
 
-def _sample(
-    groups: Mapping[str, Mapping[str, Declared]], generator: random.Random, *, k: int
-) -> dict[str, float]:
-    """Values by element of sample `k`: the start values, others around them, small whole numbers.
-
-    Around means relative to the start value, or to 1 where that is 0.
-    """
-    found: dict[str, float] = {}
-    spread = 10.0 ** -(k % 4) if k else 0.0
-    for group, variables in groups.items():
-        for v in variables.values():
-            for element in v.elements:
-                change = spread * generator.gauss(0.0, 1.0)
-                if group == "parameters" and k % 3 != 1:
-                    change = 0.0
-                found[element] = v.start + change * (abs(v.start) or 1.0)
-                if k % 3 == 2:
-                    found[element] = generator.choice((v.start, 0.0, 1.0, 2.0, 3.0))
-    return found
-
-
-def _own(user: UserClass, variables: Variables, seen: Value, time: float) -> Sequence[float] | None:
-    """Rates and results of the code itself; None where it has none."""
+def _numbers(user: UserClass, variables: Variables, time: float, values: Value) -> Sequence[float]:
+    """Rates and outputs of the code itself; none where it has none."""
     try:
-        found: list[float] = []
-        if variables["states"]:
-            found += user.results("rates", variables["states"], time, seen).values()
-        found += user.results("calculate", variables["outputs"], time, seen).values()
-        numbers = [float(value) for value in found]
+        numbers = [float(value) for value in _results(user, variables, time, values).values()]
     except (UserCodeError, TypeError, ValueError):
-        return None
-    return numbers if all(map(math.isfinite, numbers)) else None
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []
+
+
+def _prepare(module: ModuleType) -> None:
+    """Let the code of `module`, which is to be run, meet the functions that record."""
+    substitute = ModuleType("math")
+    vars(substitute).update(vars(math))
+    vars(substitute).update({name: getattr(functions, name) for name in RECORDED})
+    vars(substitute)["fabs"] = abs
+
+    usual = builtins.__import__
+
+    def importing(name: str, *where: AnyScalar) -> ModuleType:
+        return substitute if name == "math" else usual(name, *where)
+
+    vars(module)["__builtins__"] = {
+        **vars(builtins),
+        "__import__": importing,
+        "min": _extreme(functions.minimum),
+        "max": _extreme(functions.maximum),
+    }
+
+
+def _extreme(of_two: Callable[[AnyScalar, AnyScalar], AnyScalar]) -> Callable[..., AnyScalar]:
+    def of_all(*values: AnyScalar) -> AnyScalar:
+        (several,) = values if len(values) == 1 else (values,)
+        return reduce(of_two, several)
+
+    return of_all
+
+
+@contextmanager
+def _nothing_is_equal() -> Generator[None]:
+    """Meanwhile a scalar that records can be compared with nothing, nor looked up in a dict."""
+
+    def refused(*_: object) -> NoReturn:
+        raise TypeError("a recorded scalar cannot be compared, as in `if x == 0` or `table[x]`")
+
+    usual = {name: getattr(Scalar, name) for name in ("__eq__", "__ne__", "__hash__")}
+    for name in usual:
+        setattr(Scalar, name, refused)
+    try:
+        yield
+    finally:
+        for name, function in usual.items():
+            setattr(Scalar, name, function)

@@ -21,12 +21,11 @@ class PythonFileSlave(M4eSlave):
             {v["name"]: Declared(**v) for v in data["variables"][group]}
             for group in ("parameters", "inputs", "outputs", "states")
         )
-        self._held_outputs = {name: outputs[name] for name in data["held"]}
-        self._calculated = {name: outputs[name] for name in data["calculated"]}
+        self._held_outputs, self._calculated = (outputs, {}) if data["holds"] else ({}, outputs)
         self._states = states
         self._elements = [name for v in states.values() for name in v.elements]
         self._seen = Values({**parameters, **inputs, **states})
-        self._path, self._shown = self.resources / "user" / data["file"], data["shown"]
+        self._path, self._shown = self.resources / "user" / data["file"], data["file"]
         self._begin()
 
     def _begin(self):

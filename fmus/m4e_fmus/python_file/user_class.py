@@ -9,10 +9,8 @@ import importlib
 import importlib.util
 import sys
 import traceback
-from collections.abc import Callable, Container, Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, NoReturn
@@ -21,8 +19,6 @@ Value = Any
 """A number, a list of them, or what records in their place."""
 GROUPS = ("parameters", "inputs", "outputs", "states")
 METHODS = ("start", "rates", "calculate", "step")
-_NOT_THEIRS = {"m4e_fmi", "m4e_fmus", "m4e_adapters"}
-"""Folders of this package's own code, beside a file in a source tree."""
 
 
 class UserCodeError(Exception):
@@ -172,37 +168,25 @@ class VariableGroup(SimpleNamespace):
         raise TypeError(f"values are attributes: write v.{self.__prefix}{name}, not v[{name!r}]")
 
 
-class _Fresh(SourceFileLoader):
-    """Reads the source each time: bytecode in a cache is that of the same second and size."""
-
-    def path_stats(self, path: str) -> NoReturn:
-        raise OSError(f"no bytecode of {path} is wanted")
-
-
 def loaded(
     path: Path,
     shown: str,
     name: str,
     prepare: Callable[[ModuleType], None] | None = None,
-    *,
-    travels: Container[str] | None = None,
 ) -> ModuleType:
     """The file as a module called `name`, run once; `prepare` gets the module before.
 
-    It may import modules beside it, which nobody else gets: those that it `travels` with, by file
-    name (None: all), and no folders. UserCodeError, which shows the file as
+    It may import modules beside it, which nobody else gets. UserCodeError, which shows the file as
     `shown`, for whatever happens when it is run.
     """
-    spec = importlib.util.spec_from_file_location(name, path, loader=_Fresh(name, str(path)))
+    spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     if prepare is not None:
         prepare(module)
-    folders = set(_folders_beside(path))
-    beside = {file.stem for file in path.parent.glob("*.py")} | folders
+    beside = {file.stem for file in path.parent.glob("*.py")}
     others = {key: sys.modules.pop(key) for key in _modules_of(beside)}
-    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
     importlib.invalidate_caches()
@@ -212,51 +196,10 @@ def loaded(
         raise UserCodeError(error_text(error, path, shown)) from error
     finally:
         sys.path.remove(str(path.parent))
-        sys.dont_write_bytecode = writes
-        imported = {key: sys.modules.pop(key) for key in _modules_of(beside)}
-        sys.modules.pop(name, None)
+        for key in (*_modules_of(beside), name):
+            sys.modules.pop(key, None)
         sys.modules.update(others)
-    if travels is None:
-        return module
-    inside = sorted(
-        {
-            top
-            for key, each in imported.items()
-            if (top := key.partition(".")[0]) in folders
-            and Path(getattr(each, "__file__", None) or "").is_relative_to(path.parent / top)
-        }
-    )
-    if inside:
-        raise UserCodeError(
-            f"{shown}: imports from the folder {inside[0]} beside it, but files travel without "
-            f"folders: put what it needs beside {shown}, and among its 'files'"
-        )
-    files = sorted(f"{key}.py" for key in imported.keys() - folders)
-    left = [file for file in files if "." not in file[:-3] and file not in travels]
-    if left:
-        raise UserCodeError(
-            f"{shown}: imports {left[0]} beside it, which must be among its 'files'"
-        )
     return module
-
-
-def _folders_beside(path: Path) -> Iterator[str]:
-    """Folders of modules beside a file, but for those with the name of a module from elsewhere."""
-    names = {file.parent.name for file in path.parent.glob("*/*.py")} - _NOT_THEIRS
-    return (n for n in names if n.isidentifier() and not _is_elsewhere(n, path.parent.resolve()))
-
-
-def _is_elsewhere(name: str, folder: Path) -> bool:
-    """True if a module or package of that name is not in `folder`: it is not imported twice."""
-    spec = None
-    with suppress(ImportError, ValueError):  # of modules that were made without one
-        spec = importlib.util.find_spec(name)
-    if spec is None:
-        return name in sys.modules
-    places = [*(spec.submodule_search_locations or ())]
-    if spec.has_location and spec.origin:
-        places.append(spec.origin)
-    return not places or any(not Path(p).resolve().is_relative_to(folder) for p in places)
 
 
 def _modules_of(names: Container[str]) -> list[str]:
@@ -278,13 +221,10 @@ def error_text(error: BaseException, path: Path, shown: str) -> str:
     ]
     lines = [line for file, line in frames if file == path]
     place = f"{shown}:{lines[-1]}" if lines else shown
+    message = str(error)
+    if isinstance(error, ModuleNotFoundError):
+        message += f": modules beside {shown} must be among its 'files', and travel without folders"
     if frames and frames[-1][0] != path:
         file, line = frames[-1]
         place += f": in {file.name}:{line}"
-    return f"{place}: {type(error).__name__}: {error}"
-
-
-def elements(variables: Mapping[str, Declared]) -> Iterator[str]:
-    """The names of all elements, in order."""
-    for variable in variables.values():
-        yield from variable.elements
+    return f"{place}: {type(error).__name__}: {message}"

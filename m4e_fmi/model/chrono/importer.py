@@ -9,10 +9,9 @@ from m4e_fmi.errors import InputError, Problem, is_file, suggestion
 from m4e_fmi.files.document import Document, Location, SectionType
 from m4e_fmi.files.files_read import depends_on
 from m4e_fmi.model.chrono.loads import Loads
-from m4e_fmi.model.chrono.mechanism import SMALL, LeavesPlaneError, Mechanism
+from m4e_fmi.model.chrono.mechanism import SMALL, Mechanism
 from m4e_fmi.model.chrono.names import GROUPS, Places, entries
-from m4e_fmi.model.chrono.planar import PlanarMechanism
-from m4e_fmi.model.chrono.planar_loads import PlanarLoads
+from m4e_fmi.model.chrono.planar import LeavesPlaneError, PlanarLoads, PlanarMechanism
 from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import (
     REFUSED,
@@ -20,12 +19,9 @@ from m4e_fmi.model.chrono.sections import (
     FileSection,
     ModelFileSection,
 )
-from m4e_fmi.model.chrono.spatial import SpatialMechanism
-from m4e_fmi.model.chrono.spatial_loads import SpatialLoads
-from m4e_fmi.model.elements import GROUND, Quantity, Vector
+from m4e_fmi.model.elements import GROUND, Quantity, Vector, identifier
 from m4e_fmi.model.findings import ModelFinding
 from m4e_fmi.model.model import Model
-from m4e_fmi.model.names import identifier
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
 """Chrono's own where a simulation says nothing of it [m/s²] (ChParserMbsYAML, SimParams)."""
@@ -135,9 +131,9 @@ def _model(file: ModelFileSection, gravity: Vector3, places: Places) -> Model:
             return _converted(mechanism, PlanarLoads(mechanism), towards)
         except LeavesPlaneError:
             places.problems.clear()
-    spatial = SpatialMechanism(file.model, places)
+    spatial = Mechanism(file.model, places)
     along_z = max(map(abs, gravity[:2])) == 0
-    return _converted(spatial, SpatialLoads(spatial), -gravity[2] if along_z else gravity)
+    return _converted(spatial, Loads(spatial), -gravity[2] if along_z else gravity)
 
 
 def _downwards(gravity: Vector3) -> float:
@@ -148,7 +144,7 @@ def _downwards(gravity: Vector3) -> float:
     return -z
 
 
-def _converted(mechanism: Mechanism, loads: Loads[Any], gravity: Quantity | Vector) -> Model:
+def _converted(mechanism: Mechanism, loads: Loads, gravity: Quantity | Vector) -> Model:
     model, places = mechanism.model, mechanism.places
     joints, bodies = mechanism.joints(), mechanism.bodies()
     if not places.problems:

@@ -8,13 +8,10 @@ angle of a rotational spring is that of body2 against body1, zero at the start; 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Generic, TypeVar
 
 from m4e_fmi.joints import Coordinate
-from m4e_fmi.model.chrono.functions import NEEDED, function_text, scaled, times
-from m4e_fmi.model.chrono.mechanism import Joining, Mechanism, unit
+from m4e_fmi.model.chrono.mechanism import Branch, Mechanism, unit
 from m4e_fmi.model.chrono.names import Named, fresh
 from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import (
@@ -24,36 +21,42 @@ from m4e_fmi.model.chrono.sections import (
     RsdaSection,
     TsdaSection,
 )
-from m4e_fmi.model.chrono.tree import Branch
-from m4e_fmi.model.elements import GROUND, Point, Quantity
-from m4e_fmi.model.loads import JointEffort, Load, PointForce, TensionDamper, TensionSpring
-from m4e_fmi.model.names import identifier
+from m4e_fmi.model.elements import GROUND, Point, Quantity, identifier
+from m4e_fmi.model.loads import (
+    BodyForce,
+    JointEffort,
+    Load,
+    PointForce,
+    TensionDamper,
+    TensionSpring,
+)
 from m4e_fmi.model.table import Table
 
-Own = TypeVar("Own", bound=Mechanism)
+NEEDED = {
+    "CONSTANT": "value",
+    "POLYNOMIAL": "coefficients",
+    "POLY": "coefficients",
+    "SINE": "amplitude",
+    "RAMP": "slope",
+    "DATA": "data",
+}
+"""The key that a function of a type must have."""
+HINGES = ("revolute", "cylindrical")
+NOTHING = (0.0, 0.0, 0.0)
 
 
-class Loads(ABC, Generic[Own]):
-    """Points, loads and tables of a Chrono model whose mechanism is known."""
+class Loads:
+    """Points, loads and tables of a Chrono model whose mechanism is known.
 
-    def __init__(self, mechanism: Own) -> None:
+    In space a moment between two moving bodies acts about the hinge that joins them.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.model, self.places = mechanism.model, mechanism.places
         self.points: dict[str, Point] = {}
         self.loads: dict[str, Load] = {}
         self.tables: dict[str, Table] = {}
-
-    @abstractmethod
-    def _twisted(self, rsda: RsdaSection, name: str, free: float) -> None:
-        """A rotational spring and damper, at rest at the angle `free` [rad] from the start."""
-
-    @abstractmethod
-    def _torque(self, motor: MotorSection, effort: Quantity) -> None:
-        """The torque of a motor."""
-
-    @abstractmethod
-    def _body_torque(self, load: BodyLoadSection, vector: Vector3, scale: Quantity) -> None:
-        """`scale` times a torque in world axes at the start [N·m]."""
 
     def convert(self) -> None:
         """Fill `loads`, `points` and `tables` from all springs, dampers, motors and body loads."""
@@ -143,18 +146,18 @@ class Loads(ABC, Generic[Own]):
             sense = self._sense(branch, motor.body1, motor.axis)
             self._effort(identifier(motor.name), branch, "m", times(sense, effort))
 
-    def _sense(self, branch: Branch[Joining], body: str, axis: Vector3) -> float:
+    def _sense(self, branch: Branch, body: str, axis: Vector3) -> float:
         """1 if an effort along `axis` on a body is one on the child along the joint's, or −1."""
         own = unit(branch.joining.axis if branch.joining else None)
         along = sum(a * b for a, b in zip(own, axis, strict=True))
         return math.copysign(1.0, along if branch.child == self.mechanism.holder(body) else -along)
 
-    def _coordinate(self, branch: Branch[Joining], unit: str) -> Coordinate:
+    def _coordinate(self, branch: Branch, unit: str) -> Coordinate:
         """The coordinate of a branch's joint that has this unit."""
         coordinates = self.mechanism.kind(branch.joining).coordinates
         return next(c for c in coordinates if c.unit == unit)
 
-    def _effort(self, name: str, branch: Branch[Joining], unit: str, effort: Quantity) -> None:
+    def _effort(self, name: str, branch: Branch, unit: str, effort: Quantity) -> None:
         """An effort on the child, along the coordinate of a joint that has this unit."""
         own, count = self._coordinate(branch, unit), self.mechanism.kind(branch.joining).coordinates
         joint = self.mechanism.joint_of[branch.child]
@@ -226,3 +229,96 @@ class Loads(ABC, Generic[Own]):
             self.tables[name] = Table(times_, values)
             return name
         return function_text(function, degrees=self.model.angle_degrees)
+
+    def _twisted(self, rsda: RsdaSection, name: str, free: float) -> None:
+        """An effort about the hinge: Chrono's angle, that of body2 against body1, is its own."""
+        branch = self._hinge(rsda.body1, rsda.body2, rsda.axis)
+        if branch is None:
+            message = "a rotational spring or damper needs a hinge about its axis"
+            remedy = "join its two bodies by a REVOLUTE joint with this axis, or use tsdas"
+            self.places.say(rsda, message, ("axis",), remedy)
+            return
+        joint = f"joint.{self.mechanism.joint_of[branch.child]}"
+        own = self._coordinate(branch, "rad")
+        rest = self.mechanism.angles[branch.child]
+        rest += self._sense(branch, rsda.body2, rsda.axis) * free
+        twist = f"{joint}.{own.position}" if rest == 0 else f"({joint}.{own.position} {-rest:+})"
+        coefficients = (rsda.spring_coefficient, twist), (
+            rsda.damping_coefficient, f"{joint}.{own.velocity}"
+        )  # fmt: skip
+        terms = [f"{value!r}*{motion}" for value, motion in coefficients if value]
+        self._effort(name, branch, "rad", f"-({' + '.join(terms)})" if terms else 0.0)
+
+    def _torque(self, motor: MotorSection, effort: Quantity) -> None:
+        name = identifier(motor.name)
+        branch = self.mechanism.branch_of(motor) or self._hinge(
+            motor.body1, motor.body2, motor.axis
+        )
+        if branch is not None:
+            sense = self._sense(branch, motor.body1, motor.axis)
+            self._effort(name, branch, "rad", times(sense, effort))
+        elif self.mechanism.holder(motor.body2) == GROUND:
+            self._moment(name, motor.body1, scaled(unit(motor.axis), effort))
+        elif self.mechanism.holder(motor.body1) == GROUND:
+            axis = self.mechanism.in_body(motor.body2, unit(motor.axis))
+            self._moment(name, motor.body2, scaled(axis, times(-1.0, effort)), local=True)
+        else:
+            message = "a torque without a spindle between two moving bodies cannot be represented"
+            remedy = "let body2 be fixed, or use 'spindle: REVOLUTE'"
+            self.places.say(motor, message, ("spindle",), remedy)
+
+    def _body_torque(self, load: BodyLoadSection, vector: Vector3, scale: Quantity) -> None:
+        name = identifier(load.name)
+        own = self.mechanism.in_body(load.body, vector) if load.local_load else vector
+        self._moment(name, load.body, scaled(own, scale), local=load.local_load)
+
+    def _moment(
+        self, name: str, body: str, moment: tuple[Quantity, ...], *, local: bool = False
+    ) -> None:
+        axes = "body" if local else "world"
+        self._add(name, BodyForce(self._name(body), NOTHING, moment, axes))
+
+    def _hinge(self, body1: str, body2: str, axis: Vector3) -> Branch | None:
+        """The joint that lets two bodies turn about an axis against each other, and no other."""
+        ends = {self.mechanism.holder(body1), self.mechanism.holder(body2)}
+        for branch in self.mechanism.branches:
+            turns = self.mechanism.kind(branch.joining).name in HINGES
+            if turns and self.mechanism.is_along(branch, ends, axis):
+                return branch
+        return None
+
+
+def function_text(function: FunctionSection, *, degrees: bool) -> Quantity | None:
+    """An expression in t; None for a function of type CONTROLLER."""
+    match function.type:
+        case "CONSTANT":
+            return function.value
+        case "POLYNOMIAL" | "POLY":
+            powers = ["", "*t", *(f"*t**{k}" for k in range(2, len(function.coefficients or [])))]
+            pairs = zip(function.coefficients or [], powers, strict=False)
+            terms = [f"{c!r}{power}" for c, power in pairs if c and power]
+            constant = (function.coefficients or [0.0])[0]
+            return " + ".join([repr(constant), *terms]) if terms else constant
+        case "SINE":
+            phase = math.radians(function.phase) if degrees else function.phase
+            angle = f"{2 * math.pi * (function.frequency or 0.0)!r}*t"
+            angle += f" + {phase!r}" if phase else ""
+            return f"{function.amplitude or 0.0!r}*sin({angle})"
+        case "RAMP":
+            return f"{function.intercept!r} + {function.slope!r}*t"
+        case "DATA" | "CONTROLLER":
+            return None
+
+
+def times(factor: float, quantity: Quantity) -> Quantity:
+    """factor · quantity, as a number where it is one."""
+    if isinstance(quantity, int | float):
+        return factor * quantity
+    if factor == 1 or factor == 0:
+        return quantity if factor else 0.0
+    return f"{factor!r}*({quantity})"
+
+
+def scaled(vector: Sequence[float], quantity: Quantity) -> tuple[Quantity, ...]:
+    """quantity · vector."""
+    return tuple(times(part, quantity) for part in vector)

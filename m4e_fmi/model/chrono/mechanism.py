@@ -1,15 +1,34 @@
-"""Bodies and joints of a Chrono model: what is the same in the plane and in space."""
+"""Bodies, joints and start values from Chrono's.
+
+Which body hangs on which: Chrono's joints join two bodies, ours a child to its parent. While all
+joints are at zero, every body's axes are those of the world. A joint is at zero at the start, but
+for a hinge whose child is turned about its axis in the file, and for attitudes.
+"""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from typing import ClassVar, Literal
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import cycle
+from typing import Literal
 
-from m4e_fmi.joints import JointType
+import numpy as np
+
+from m4e_fmi.joints import JOINT_TYPES, JointType, attitude
 from m4e_fmi.model.chrono.names import Places, fresh
-from m4e_fmi.model.chrono.rotation import Quaternion, Vector3, product, quaternion
+from m4e_fmi.model.chrono.rotation import (
+    DIGITS,
+    Array,
+    Quaternion,
+    Vector3,
+    angle_about,
+    matrix,
+    product,
+    quaternion,
+    rounded,
+    turned_about,
+)
 from m4e_fmi.model.chrono.sections import (
     BodySection,
     InertiaSection,
@@ -17,9 +36,8 @@ from m4e_fmi.model.chrono.sections import (
     ModelSection,
     MotorSection,
 )
-from m4e_fmi.model.chrono.tree import Branch, Edge, branches
-from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity, Vector
-from m4e_fmi.model.names import identifier
+from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity, Vector, identifier
+from m4e_fmi.space import Rotation
 
 SMALL = 1e-6
 """Size that counts as zero beside 1: of directions, of positions in metres, of rates."""
@@ -27,71 +45,109 @@ Joining = JointSection | MotorSection
 _OURS = {"LOCK": "fixed"}
 
 
-class LeavesPlaneError(Exception):
-    """A model of which something does not stay in the X–Z plane."""
+@dataclass(frozen=True)
+class Edge:
+    """Something that joins two bodies; the ground stands for all fixed ones."""
+
+    joining: Joining
+    bodies: tuple[str, str]
 
 
-class Mechanism(ABC):
-    """Bodies and joints of a Chrono model; findings go to `places`.
+@dataclass(frozen=True)
+class Branch:
+    """`child` hangs on `parent` by `joining`; None where it floats."""
+
+    child: str
+    parent: str
+    joining: Joining | None
+
+
+def branches(bodies: Iterable[str], edges: Sequence[Edge]) -> tuple[list[Branch], list[Edge]]:
+    """A branch for every body, parents first, and the edges that would close a loop.
+
+    Of bodies that are joined to the ground by nothing, the first in the list floats.
+    """
+    at: dict[str, list[Edge]] = {}
+    for edge in edges:
+        for body in edge.bodies:
+            at.setdefault(body, []).append(edge)
+    grown: list[Branch] = []
+    used: set[int] = set()
+    reached = {GROUND}
+    grown += _grow(GROUND, at, reached, used)
+    for body in bodies:
+        if body not in reached:
+            reached.add(body)
+            grown.append(Branch(body, GROUND, None))
+            grown += _grow(body, at, reached, used)
+    return grown, [edge for edge in edges if id(edge) not in used and set(edge.bodies) != {GROUND}]
+
+
+def _grow(
+    root: str, at: Mapping[str, list[Edge]], reached: set[str], used: set[int]
+) -> Iterator[Branch]:
+    """Branches from `root`, by distance from it; marks bodies and edges."""
+    waiting = [root]
+    for parent in waiting:  # grows while it is walked through
+        for edge in at.get(parent, ()):
+            first, second = edge.bodies
+            child = second if first == parent else first
+            if child not in reached:
+                reached.add(child)
+                used.add(id(edge))
+                waiting.append(child)
+                yield Branch(child, parent, edge.joining)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A body at the start: CG, velocity and angular velocity (3,) in world axes.
+
+    `turn` (3, 3) leads from our model's body axes to the world's, `axes` (3, 3) from those of
+    Chrono's centroidal frame, in which it gives inertias and local loads.
+    """
+
+    place: Array = field(default_factory=lambda: np.zeros(3))
+    turn: Array = field(default_factory=lambda: np.eye(3))
+    axes: Array = field(default_factory=lambda: np.eye(3))
+    velocity: Array = field(default_factory=lambda: np.zeros(3))
+    omega: Array = field(default_factory=lambda: np.zeros(3))
+
+    def local(self, vector: Array) -> Vector3:
+        """`vector` (3,) [1 or m], given in world axes, in body axes."""
+        return rounded(self.turn.T @ vector)
+
+    def velocity_at(self, point: Array) -> Array:
+        """Velocity (3,) [m/s] of the body's point that is at `point` (3,) [m] of the world."""
+        return self.velocity + np.cross(self.omega, point - self.place)
+
+
+class Mechanism:
+    """Bodies and joints of a Chrono model in space; findings go to `places`.
 
     A vector of the file is (x, y, z) in world axes at the start; those of a Model have its
     `dimensions`.
     """
 
-    dimensions: ClassVar[Literal[2, 3]]
-    kinds: ClassVar[Mapping[str, JointType]]
-    """Our types of joint by the names of `kind_name`."""
+    dimensions: Literal[2, 3] = 3
 
     def __init__(self, model: ModelSection, places: Places) -> None:
         self.model, self.places = model, places
         self.moving = {body.name: body for body in model.bodies if not body.fixed}
         self.joint_of: dict[str, str] = {}
+        self.poses: dict[str, Pose] = {GROUND: Pose()}
+        self.angles: dict[str, float] = {}  # [rad] of hinges at the start, by their children
         self.branches, self.loops = branches(self.moving, self._edges())
-
-    @abstractmethod
-    def _inertia(self, body: BodySection, inertia: InertiaSection, axes: Quaternion) -> object:
-        """Inertia of a body whose tensor is given in `axes`, as a `Body` has it."""
-
-    @abstractmethod
-    def _joint(self, branch: Branch[Joining], axes: Quaternion) -> Joint | None:
-        """The joint of a branch; its child's pose at the start becomes known."""
-
-    @abstractmethod
-    def _place_unknown(self, body: str) -> None:
-        """Let the pose of a body whose orientation is wrong be any."""
-
-    @abstractmethod
-    def at(self, body: str, place: Sequence[float]) -> Vector:
-        """A place in the world [m] as a point of a body (or the ground), from its CG."""
-
-    @abstractmethod
-    def in_world(self, vector: Sequence[float]) -> tuple[float, ...]:
-        """A force in world axes as the model has it."""
-
-    @abstractmethod
-    def in_body(self, body: str, vector: Sequence[float]) -> tuple[float, ...]:
-        """A force in world axes at the start as one in axes of a body."""
-
-    @abstractmethod
-    def centroidal(self, body: str, vector: Sequence[float]) -> Vector3:
-        """A vector in axes of Chrono's centroidal frame of a body as one in world axes."""
-
-    @abstractmethod
-    def center(self, body: str) -> Vector3:
-        """The centre of gravity of a body at the start [m]."""
 
     def holder(self, body: str) -> str:
         """The moving body of this name, or the ground."""
         return body if body in self.moving else GROUND
 
     def kind(self, joining: Joining | None) -> JointType:
-        """The type of our joint; LeavesPlaneError for one that a plane does not have."""
-        found = self.kinds.get(kind_name(joining))
-        if found is None:
-            raise LeavesPlaneError
-        return found
+        """The type of our joint in space."""
+        return JOINT_TYPES[3][kind_name(joining)]
 
-    def _edges(self) -> list[Edge[Joining]]:
+    def _edges(self) -> list[Edge]:
         motors = [m for m in self.model.motors if guides(m)]
         return [
             Edge(joining, (self.holder(joining.body1), self.holder(joining.body2)))
@@ -110,11 +166,7 @@ class Mechanism(ABC):
             axes = self._axes(body)
             if axes is not None:
                 inertia = self._inertia(body, body.inertia, axes)
-                result[identifier(body.name)] = Body(
-                    body.mass,
-                    inertia,
-                    f"Body {body.name}",
-                )
+                result[identifier(body.name)] = Body(body.mass, inertia, f"Body {body.name}")
         return result
 
     def _axes(self, body: BodySection) -> Quaternion | None:
@@ -138,7 +190,7 @@ class Mechanism(ABC):
             axes = self._axes(self.moving[branch.child])
             joint = None
             if axes is None:
-                self._place_unknown(branch.child)
+                self.poses[branch.child] = Pose()
             else:
                 joint = self._joint(branch, axes)
             if joint is not None:
@@ -146,7 +198,7 @@ class Mechanism(ABC):
                 result[name] = joint
         return result
 
-    def _report_loop(self, edge: Edge[Joining]) -> None:
+    def _report_loop(self, edge: Edge) -> None:
         joining = edge.joining
         if isinstance(joining, MotorSection) and self.branch_of(joining):
             return
@@ -154,7 +206,7 @@ class Mechanism(ABC):
         remedy = "cut the loop: remove it, or put a stiff spring and damper in its place"
         self.places.say(joining, message, (), remedy)
 
-    def branch_of(self, motor: MotorSection) -> Branch[Joining] | None:
+    def branch_of(self, motor: MotorSection) -> Branch | None:
         """The branch along whose coordinate a motor acts: its own, or one with the same freedom."""
         for branch in self.branches:
             joining = branch.joining
@@ -169,7 +221,7 @@ class Mechanism(ABC):
                 return branch
         return None
 
-    def _moves_along(self, branch: Branch[Joining], motor: MotorSection) -> bool:
+    def _moves_along(self, branch: Branch, motor: MotorSection) -> bool:
         """True of a branch of the motor's bodies with the motor's freedom."""
         slides = motor.type == "LINEAR"
         name = kind_name(branch.joining)
@@ -177,14 +229,181 @@ class Mechanism(ABC):
         ends = {self.holder(motor.body1), self.holder(motor.body2)}
         return fits and self.is_along(branch, ends, motor.axis)
 
-    def is_along(self, branch: Branch[Joining], ends: set[str], axis: Vector3) -> bool:
+    def is_along(self, branch: Branch, ends: set[str], axis: Vector3) -> bool:
         """True of a branch that joins two bodies along or about this one axis."""
         own = (branch.joining and branch.joining.axis) or (0.0, 0.0, 0.0)
         return {branch.child, branch.parent} == ends and parallel(own, axis)
 
-    def _starts(self, kind: JointType, values: Sequence[float]) -> dict[str, Quantity]:
-        """Start values of a joint: its coordinates, then its velocities."""
-        return dict(zip(kind.start_keys, map(float, values), strict=True))
+    def at(self, body: str, place: Sequence[float]) -> Vector:
+        """A place in the world as a point of a body (or the ground), from its CG [m]."""
+        pose = self.poses[self.holder(body)]
+        return pose.local(np.array(place) - pose.place)
+
+    def in_world(self, vector: Sequence[float]) -> tuple[float, ...]:
+        """A force or moment in world axes."""
+        x, y, z = vector
+        return x, y, z
+
+    def in_body(self, body: str, vector: Sequence[float]) -> tuple[float, ...]:
+        """A force or moment in world axes at the start as one in axes of a body."""
+        return self.poses[body].local(np.array(vector))
+
+    def centroidal(self, body: str, vector: Sequence[float]) -> Vector3:
+        """A vector in axes of Chrono's centroidal frame of a body as one in world axes."""
+        return rounded(self.poses[body].axes @ vector)
+
+    def center(self, body: str) -> Vector3:
+        """The centre of gravity of a body at the start [m]."""
+        return rounded(self.poses[body].place)
+
+    def _inertia(
+        self, body: BodySection, inertia: InertiaSection, axes: Quaternion
+    ) -> float | tuple[float, ...]:
+        """Moments, and products if there are any; of what `joints` has given a pose."""
+        given = tensor_of(inertia)
+        ours = self.poses[body.name].turn.T @ matrix(axes)
+        tensor = ours @ given @ ours.T
+        products = np.array([tensor[0, 1], tensor[1, 2], tensor[0, 2]])
+        products[np.abs(products) < 10.0**-DIGITS * np.abs(given).max()] = 0.0
+        parts = [*np.diag(tensor), *(products if products.any() else ())]
+        return tuple(map(float, parts))
+
+    def _turn(self, orientation: Quaternion) -> Array:
+        """The rotation (3, 3) of a body that counts of its orientation in the file."""
+        return matrix(orientation)
+
+    def _joint(self, branch: Branch, axes: Quaternion) -> Joint | None:
+        body, parent = self.moving[branch.child], self.poses[branch.parent]
+        orientation = quaternion(body.orientation, degrees=self.model.angle_degrees)
+        place = np.array(body.location) + matrix(orientation) @ body.com.location
+        file_axes = self._turn(orientation)
+        joining, kind = branch.joining, self.kind(branch.joining)
+        lines = self._lines(branch, kind)
+        if lines is None:
+            self.poses[body.name] = Pose(place, file_axes, matrix(axes))
+            return None
+        angle, turn = 0.0, file_axes
+        if not kind.has_quaternion:
+            if kind.axes == ("axis",):  # a hinge
+                angle = angle_about(lines[0], file_axes @ parent.turn.T)
+            turn = matrix(turned_about(lines[0], angle)) @ parent.turn if angle else parent.turn
+        pose, rates = self._started(branch, kind, Pose(place, turn, matrix(axes)), lines)
+        self.poses[body.name], self.angles[body.name] = pose, angle
+        initial = starts(kind, [*_coordinates(kind, pose, angle), *rates])
+        if joining is None:
+            return Joint(kind.name, identifier(body.name), initial=initial)
+        where = np.array(joining.location)
+        return Joint(
+            kind.name,
+            identifier(body.name),
+            identifier(branch.parent) if branch.parent != GROUND else GROUND,
+            parent.local(where - parent.place),
+            pose.local(place - where),
+            initial=initial,
+            **dict(zip(kind.vectors, map(parent.local, lines), strict=True)),  # pyrefly: ignore[bad-argument-type]
+        )
+
+    def _lines(self, branch: Branch, kind: JointType) -> list[Array] | None:
+        """The axes and directions of a joint, of length 1 in the world; None, with a finding."""
+        joining = branch.joining
+        if joining is None or not kind.vectors:
+            return []
+        if isinstance(joining, JointSection) and joining.type == "UNIVERSAL":
+            return self._cross(joining, branch)
+        if joining.axis is None or math.hypot(*joining.axis) == 0:
+            message = f"{joining.name!r} has no axis"
+            self.places.say(joining, message, ("axis",), "add 'axis: [x, y, z]'")
+            return None
+        return [np.array(unit(joining.axis))]
+
+    def _cross(self, joint: JointSection, branch: Branch) -> list[Array] | None:
+        """The axes of a universal joint: that in the parent, and that in the child.
+
+        As Chrono does it, axis1 is fixed in body1 and the part of axis2 at right angles to it in
+        body2.
+        """
+        first, second = joint.axis1 or (0.0, 0.0, 0.0), joint.axis2 or (0.0, 0.0, 0.0)
+        for key, axis in (("axis1", first), ("axis2", second)):
+            if math.hypot(*axis) == 0:
+                message = f"{joint.name!r} has no {key}"
+                self.places.say(joint, message, (key,), f"add '{key}: [x, y, z]'")
+                return None
+        if parallel(first, second):
+            message = f"both axes of {joint.name!r} are the same"
+            self.places.say(joint, message, ("axis2",), "give one at right angles to axis1")
+            return None
+        normal = crossed(first, second)
+        lines = [np.array(unit(first)), np.array(unit(crossed(normal, first)))]
+        return lines if self.holder(joint.body1) == branch.parent else lines[::-1]
+
+    def _started(
+        self, branch: Branch, kind: JointType, pose: Pose, lines: list[Array]
+    ) -> tuple[Pose, list[float]]:
+        """The pose with its velocities, and the joint's; reports those that it does not allow."""
+        body, parent, joining = self.moving[branch.child], self.poses[branch.parent], branch.joining
+        slides, turns = _freedoms(kind, lines)
+        given, linear = body.initial_angular_velocity, body.initial_linear_velocity
+        wanted = pose.axes @ (given or (0.0, 0.0, 0.0)) - parent.omega
+        turning, own = _along(turns, wanted)
+        if given is not None and _differ(own, wanted):
+            x, y, z = pose.axes.T @ (parent.omega + own)
+            message = f"the joint makes its angular velocity [{x:.6g}, {y:.6g}, {z:.6g}] rad/s"
+            self.places.say(body, message, ("initial_angular_velocity",), "leave it out")
+        omega = parent.omega + own
+        if joining is None:
+            velocity = np.array(linear or (0.0, 0.0, 0.0))
+            return replace(pose, velocity=velocity, omega=omega), [*velocity, *omega]
+        where = np.array(joining.location)
+        carried = parent.velocity_at(where) + np.cross(omega, pose.place - where)
+        apart = np.array(linear) - carried if linear is not None else np.zeros(3)
+        sliding, own = _along(slides, apart)
+        if _differ(own, apart):
+            x, y, z = carried + own
+            message = f"the joint makes its velocity [{x:.6g}, {y:.6g}, {z:.6g}] m/s"
+            self.places.say(body, message, ("initial_linear_velocity",), "leave it out")
+        moved = replace(pose, velocity=carried + own, omega=omega)
+        return moved, [*omega] if kind.has_quaternion else [*sliding, *turning]
+
+
+def starts(kind: JointType, values: Sequence[float]) -> dict[str, Quantity]:
+    """Start values of a joint: its coordinates, then its velocities."""
+    return dict(zip(kind.start_keys, map(float, values), strict=True))
+
+
+def tensor_of(inertia: InertiaSection) -> Array:
+    """The inertia tensor (3, 3) [kg·m²] in the axes of the file."""
+    xx, yy, zz = inertia.moments
+    xy, xz, yz = inertia.products
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _freedoms(kind: JointType, lines: list[Array]) -> tuple[list[Array], list[Array]]:
+    """Directions in which a joint slides, and axes about which it turns, at the start."""
+    if kind.has_quaternion:
+        return [], list(np.eye(3))
+    pairs = list(zip(kind.coordinates, cycle(lines), strict=False))
+    slides = [line for coordinate, line in pairs if not coordinate.is_angle]
+    return slides, [line for coordinate, line in pairs if coordinate.is_angle]
+
+
+def _coordinates(kind: JointType, pose: Pose, angle: float) -> list[float]:
+    """Start values of a joint's coordinates and attitude; `angle` [rad] is that of a hinge."""
+    if kind.has_quaternion:
+        return [*(pose.place if kind.is_free else ()), *attitude(Rotation(pose.turn.tolist()))]
+    return [angle if kind.axes == ("axis",) and c.is_angle else 0.0 for c in kind.coordinates]
+
+
+def _along(lines: list[Array], vector: Array) -> tuple[Array, Array]:
+    """The parts of a vector along some directions, and their sum (3,)."""
+    if not lines:
+        return np.zeros(0), np.zeros(3)
+    columns = np.array(lines).T
+    parts = np.asarray(np.linalg.lstsq(columns, vector, rcond=None)[0], float) + 0.0  # no −0
+    return parts, columns @ parts
+
+
+def _differ(a: Array, b: Array) -> bool:
+    return bool(np.linalg.norm(a - b) > SMALL * (1 + np.linalg.norm(a)))
 
 
 def guides(motor: MotorSection) -> bool:

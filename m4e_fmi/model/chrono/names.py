@@ -8,7 +8,7 @@ from typing import Protocol
 
 from m4e_fmi.errors import Problem
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.model.names import identifier
+from m4e_fmi.model.elements import identifier
 
 GROUPS = ("bodies", "joints", "tsdas", "rsdas", "motors", "body_loads")
 

@@ -1,4 +1,4 @@
-"""Orientations in space, and what of them is left in the X–Z plane.
+"""Orientations in space.
 
 Quaternions are (e0, e1, e2, e3), scalar first, and map body axes to world axes. An angle about +Y
 is the angle of our models: it turns +Z towards +X.
@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Vector3 = tuple[float, float, float]
-Pair = tuple[float, float]
 Quaternion = tuple[float, float, float, float]
 
 
@@ -67,38 +66,6 @@ def rotated(q: Quaternion, v: Sequence[float]) -> Vector3:
     e0, *e = q
     _, x, y, z = product(product(q, (0.0, v[0], v[1], v[2])), (e0, -e[0], -e[1], -e[2]))
     return x, y, z
-
-
-def angle_about_y(q: Quaternion) -> float:
-    """The part of an orientation that turns about the world's Y [rad], in (−π, π]."""
-    e0, _, e2, _ = q
-    if e0 == 0 and e2 == 0:
-        return 0.0
-    angle = 2 * math.atan2(e2, e0)
-    return angle - 2 * math.pi * round(angle / (2 * math.pi))
-
-
-def inertia_about_y(q: Quaternion, moments: Sequence[float], products: Sequence[float]) -> Vector3:
-    """The world's I_xy, I_yy and I_yz [kg·m²] of a body with an inertia tensor in its own axes.
-
-    `moments` are [I_xx, I_yy, I_zz], `products` the tensor's entries [I_xy, I_xz, I_yz].
-    """
-    back = (q[0], -q[1], -q[2], -q[3])
-    x, y, z = rotated(back, (0.0, 1.0, 0.0))
-    xy, xz, yz = products
-    column = (
-        moments[0] * x + xy * y + xz * z,
-        xy * x + moments[1] * y + yz * z,
-        xz * x + yz * y + moments[2] * z,
-    )
-    return rotated(q, column)
-
-
-def turned_back(v: Sequence[float], angle: float) -> Pair:
-    """The world vector's (x, z) in the axes of a body that is turned by `angle`."""
-    c, s = math.cos(angle), math.sin(angle)
-    x, z = v[0] * c - v[2] * s, v[0] * s + v[2] * c
-    return round(x, DIGITS) + 0.0, round(z, DIGITS) + 0.0  # no −0
 
 
 def matrix(q: Quaternion) -> Array:

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.model.checks import element_findings, whole_findings
+from m4e_fmi.model.checks import element_findings, group_findings
 from m4e_fmi.model.elements import Parameter
 from m4e_fmi.model.findings import ModelFinding, Names
 from m4e_fmi.model.m4e.forces import Forces
@@ -142,9 +142,9 @@ def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[ModelFinding]]
         joints=frozenset(joints),
         tables=frozenset(),
     )
-    found = list(element_findings(SimpleNamespace(dimensions=2, **fields), names))
-    if not found and not mechanism.findings:
-        found = list(whole_findings(SimpleNamespace(dimensions=2, **fields)))
+    groups = SimpleNamespace(dimensions=2, **fields)
+    check = element_findings if mechanism.findings else group_findings
+    found = check(groups, names)
     moved = [ModelFinding(mechanism.place_of(f.location), f.message, f.remedy) for f in found]
     return fields, [*dict.fromkeys([*mechanism.findings, *moved])]
 

@@ -13,7 +13,7 @@ from m4e_fmi.model.shapes.shape import (
     Sphere,
     axis_without_direction,
     shape_findings,
-    shape_quantities,
+    shape_place,
 )
 
 __all__ = [
@@ -26,5 +26,5 @@ __all__ = [
     "axis_without_direction",
     "reduced",
     "shape_findings",
-    "shape_quantities",
+    "shape_place",
 ]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeAlias
 from m4e_fmi.errors import InputError, is_file, missing_file
 from m4e_fmi.files.document import Location
 from m4e_fmi.model.findings import Known, ModelFinding, quantities
+from m4e_fmi.model.quantity import given
 from m4e_fmi.model.shapes.mesh_files import MeshFileError, Triangles, read_triangles, reduced
 
 if TYPE_CHECKING:
@@ -27,14 +28,11 @@ ORIGIN = (0.0, 0.0, 0.0)
 class Box:
     """A box: `length` [m] along X, `width` along Y, `height` along Z, its middle at `center`."""
 
-    length: Quantity
-    width: Quantity
-    height: Quantity
-    center: Vector = ORIGIN
+    length: Quantity = given("m", bound="positive")
+    width: Quantity = given("m", bound="positive")
+    height: Quantity = given("m", bound="positive")
+    center: Vector = given("m", ORIGIN, is_vector=True)
 
-    scalars: ClassVar = {"length": "m", "width": "m", "height": "m"}
-    vectors: ClassVar = {"center": "m"}
-    positive: ClassVar = ("length", "width", "height")
     keys: ClassVar = ("box",)
 
 
@@ -45,14 +43,11 @@ class Cylinder:
     The length of the axis does not matter.
     """
 
-    radius: Quantity
-    height: Quantity
-    axis: Vector = (0.0, 0.0, 1.0)
-    center: Vector = ORIGIN
+    radius: Quantity = given("m", bound="positive")
+    height: Quantity = given("m", bound="positive")
+    axis: Vector = given("", (0.0, 0.0, 1.0), is_vector=True)
+    center: Vector = given("m", ORIGIN, is_vector=True)
 
-    scalars: ClassVar = {"radius": "m", "height": "m"}
-    vectors: ClassVar = {"axis": "", "center": "m"}
-    positive: ClassVar = ("radius", "height")
     keys: ClassVar = ("cylinder",)
 
 
@@ -60,12 +55,9 @@ class Cylinder:
 class Sphere:
     """A sphere of `radius` [m] about `center` [m]."""
 
-    radius: Quantity
-    center: Vector = ORIGIN
+    radius: Quantity = given("m", bound="positive")
+    center: Vector = given("m", ORIGIN, is_vector=True)
 
-    scalars: ClassVar = {"radius": "m"}
-    vectors: ClassVar = {"center": "m"}
-    positive: ClassVar = ("radius",)
     keys: ClassVar = ("sphere",)
 
 
@@ -78,12 +70,9 @@ class Mesh:
     """
 
     file: str | Path
-    mesh_origin: Vector = ORIGIN
+    mesh_origin: Vector = given("m", ORIGIN, is_vector=True)
     triangles: Triangles = field(init=False, repr=False, compare=False)
 
-    scalars: ClassVar = {}
-    vectors: ClassVar = {"mesh_origin": "m"}
-    positive: ClassVar[tuple[str, ...]] = ()
     keys: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
@@ -117,15 +106,6 @@ def shape_findings(at: Location, body: Body, known: Known) -> Iterator[ModelFind
 def shape_place(at: Location, shape: Shape) -> Location:
     """Where in a model the quantities of the shape of the body at `at` are."""
     return (*at, "shape", *shape.keys)
-
-
-def shape_quantities(at: Location, shape: Shape) -> Iterator[tuple[Location, Quantity]]:
-    """Every number or expression of the shape of the body at `at`, and where it stands."""
-    place = shape_place(at, shape)
-    for name in shape.scalars:
-        yield (*place, name), getattr(shape, name)
-    for name in shape.vectors:
-        yield from (((*place, name, k), part) for k, part in enumerate(getattr(shape, name)))
 
 
 def axis_without_direction(

@@ -9,10 +9,18 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter, Point, Quantity, Vector
+from m4e_fmi.model.elements import (
+    GROUND,
+    Body,
+    Joint,
+    Parameter,
+    Point,
+    Quantity,
+    Vector,
+    identifier,
+)
 from m4e_fmi.model.loads import JointEffort, JointFriction, Load
 from m4e_fmi.model.model import Model
-from m4e_fmi.model.names import identifier
 from m4e_fmi.model.urdf.reading import Array, Pose, Reader, Robot, UrdfJoint, UrdfLink
 
 CREEP = 0.01

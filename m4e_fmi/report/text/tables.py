@@ -104,10 +104,9 @@ def _loads(model: Model, tree: Topology) -> Listing:
                 ends += [_numbered(tree, body) for body in bodies]
             elif field.name in ("point", "points", "joint"):
                 ends += [_word(end) for end in ((value,) if isinstance(value, str) else value)]
-            elif field.name in getattr(load, "vectors", ()):
-                quantities.append(f"{_word(field.name)} = {_pair(value)}")
-            elif field.name in getattr(load, "scalars", {}):
-                quantities.append(f"{_word(field.name)} = {_quantity(value)}")
+            elif about := field.metadata:
+                text = _pair(value) if about["is_vector"] else _quantity(value)
+                quantities.append(f"{_word(field.name)} = {text}")
             elif value != field.default:
                 quantities.append(f"{_word(field.name)}: {_word(value)}")
         row = (name, load.type.replace("_", " "), ", ".join(ends), ", ".join(quantities))

@@ -26,8 +26,7 @@ from m4e_fmi.model import load_model
 from m4e_fmi.results.compared_file import read_measured
 from m4e_fmi.study.given.study import read_study
 from m4e_fmi.study.programs.names import program_runs
-from m4e_fmus.table.config import Config
-from m4e_fmus.table.rows import read_rows
+from m4e_fmus.table.config import Config, read_rows
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = {
@@ -182,7 +181,7 @@ BY_OMEGA = {"amplitude": "m", "omega": "rad/s", "phase": "rad", "direction": "de
 OF_DRIFT = {"omega": "rad/s", "direction": "deg"} | dict.fromkeys(("surge", "sway"), "N/m2")
 RECORD = np.stack([0.5 * np.arange(40.0), np.sin(np.arange(40.0))], 1)
 CASES = {**PLAIN, "stop": "s"}
-CSV = "m4e_fmus.table.rows"
+CSV = "m4e_fmus.table.config"
 OF_MODELS = "m4e_fmi.model.yaml"
 SPECTRUM = {"omega": "rad/s", "density": "m2.s/rad"}
 DRIFT = np.array([[0.5, 0.0, 1.0, 2.0, 3.0], [1.5, 0.0, 4.0, 5.0, 6.0]])

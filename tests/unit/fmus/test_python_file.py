@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import load_system, prepare, run
-from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import PythonSource
 from m4e_fmi.program import Program, evaluated
 from m4e_fmus.python_file import KIND, Config
@@ -163,17 +162,6 @@ def test_files_beside_are_imported_and_read(tmp_path: Path) -> None:
     files = "force: {kind: python, file: force.py, files: [gains.csv, slave.py]}"
     path = system(tmp_path, files, force=force, slave="FACTOR = 4.0\n")
     assert results(path)["force.y"] == pytest.approx(10.0)
-
-
-def test_imports_from_a_folder_beside_are_read_anew(tmp_path: Path) -> None:
-    """What a refused file has imported there is not kept for others, as in a notebook."""
-    (tmp_path / "lib").mkdir()
-    text = FORCE.replace("import math", "from lib.gains import GAIN")
-    for gain, message in (("2.0", "from the folder lib beside it"), ("no number", "ValueError")):
-        (tmp_path / "lib" / "gains.py").write_text(f"GAIN = float('{gain}')\n", encoding="utf-8")
-        with pytest.raises(InputError, match=message):
-            made(tmp_path, text, files=("lib/gains.py",))
-    assert not [name for name in sys.modules if name.partition(".")[0] == "lib"]
 
 
 @pytest.mark.parametrize("name", ["fractions", "numpy"])

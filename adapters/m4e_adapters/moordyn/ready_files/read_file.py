@@ -1,16 +1,44 @@
-"""A MoorDyn input file as rows of words with their places, and what is found wrong with it."""
+"""A MoorDyn v2 input file as rows of words with their places, as MoorDyn itself finds them.
+
+A line with ``---`` opens a section; a table begins after two more lines, names and units. A word
+with ``#`` begins a comment. Source: the MoorDyn v2 documentation, "Inputs", and the behaviour of
+version 2.7.2.
+"""
 
 from __future__ import annotations
 
+import math
 import re
+from dataclasses import dataclass
+from itertools import pairwise, takewhile
 from pathlib import Path
 
-from m4e_adapters.moordyn.ready_files.sections import Row, number, tables
 from m4e_fmi.errors import InputError, Problem, missing_file
 from m4e_fmi.files.file_kinds import check_named
 from m4e_fmi.files.files_read import TooLongError, read_text
 from m4e_fmi.files.limits import LARGEST_LINE_FILE
 
+TITLES = {
+    "line types": ("LINE DICTIONARY", "LINE TYPES"),
+    "rod types": ("ROD DICTIONARY", "ROD TYPES"),
+    "bodies": ("BODIES", "BODY LIST", "BODY PROPERTIES"),
+    "rods": ("RODS", "ROD LIST", "ROD PROPERTIES"),
+    "points": (
+        "POINTS",
+        "POINT LIST",
+        "POINT PROPERTIES",
+        "CONNECTION PROPERTIES",
+        "NODE PROPERTIES",
+    ),
+    "lines": ("LINES", "LINE LIST", "LINE PROPERTIES"),
+    "failure": ("FAILURE",),
+    "options": ("OPTIONS",),
+    "outputs": ("OUTPUT",),
+    "not supported": ("SYROPE", "CONTROL", "EXTERNAL"),
+}
+TABLES = ("line types", "rod types", "bodies", "rods", "points", "lines")
+HEADING = 2  # lines of a table before its rows: names and units
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 WORD = re.compile(r"\S+")
 SUFFIXES = (".dat", ".txt", ".inp", ".in", ".moordyn", ".md")  # of names of files
 FORCED_POINT = 12  # words of a point on which a force acts
@@ -30,10 +58,19 @@ ALIASES = {
 """Names that MoorDyn takes as well (MoorDyn2.cpp, readOptionsLine)."""
 
 
+@dataclass(frozen=True)
+class Row:
+    """One line of a table: its words and its line number, from 1."""
+
+    words: tuple[str, ...]
+    line: int
+
+
 class ReadFile:
     """Rows and options of one file; `problems` grows with what is found wrong.
 
     `options` are the rows of the options by MoorDyn's names in small letters, the last of each.
+    `headless` are the first rows of tables whose names or units are missing.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,7 +78,7 @@ class ReadFile:
         self.problems: list[Problem] = []
         text = _text(path)
         self._lines = text.splitlines()
-        self.tables = tables(text)
+        self.tables, self.headless = tables(text)
         self.options = {option_name(row): row for row in self.rows("options") if row.words[1:]}
 
     def rows(self, section: str) -> tuple[Row, ...]:
@@ -53,16 +90,10 @@ class ReadFile:
         row = self.options.get(key)
         return float(row.words[0]) if row and number(row.words[0]) else default
 
-    def has_title(self, titles: tuple[str, ...]) -> bool:
-        """True if a section is opened with one of `titles`, in capitals."""
-        heads = [line.upper() for line in self._lines if "---" in line]
-        return any(title in head for head in heads for title in titles)
-
     @property
     def depth(self) -> float:
-        """Depth [m] of the seabed: WtrDpth, or as MoorDyn has it that of the lowest point."""
-        zs = [float(r.words[4]) for r in self.rows("points") if r.words[4:] and number(r.words[4])]
-        return self.option("wtrdpth", max(0.0, -min(zs, default=0.0)))
+        """Depth [m] of the seabed, WtrDpth."""
+        return self.option("wtrdpth", 0.0)
 
     def wrong(self, row: Row | None, message: str, remedy: str, column: int | None = None) -> None:
         """Note a problem: with the file, a row or its word in a `column`, from 0."""
@@ -76,6 +107,37 @@ class ReadFile:
         self.problems.append(
             Problem(message, remedy, str(self.path), row.line, at + 1, text, end - at)
         )
+
+
+def tables(text: str) -> tuple[dict[str, tuple[Row, ...]], list[Row]]:
+    """The rows of every section of a file, by the names in TITLES, and those without a heading.
+
+    The latter are the first rows of tables whose names or units are missing: MoorDyn leaves as many
+    rows out. Of sections that are not supported the only row is the title.
+    """
+    lines = text.splitlines()
+    openings = [k for k, line in enumerate(lines) if "---" in line]
+    found: dict[str, tuple[Row, ...]] = {}
+    headless = []
+    for opening, end in pairwise([*openings, len(lines)]):
+        title = lines[opening].upper()
+        section = next((s for s, known in TITLES.items() if any(k in title for k in known)), None)
+        if section is None or section in found:
+            continue
+        rows = [_row(lines[k], k) for k in range(opening + 1, end)]
+        if section == "not supported":
+            rows = [_row(lines[opening], opening)]
+        elif section not in ("options", "outputs"):
+            early = next((k for k, row in enumerate(rows[:HEADING]) if _is_data(row)), HEADING)
+            headless += rows[early:HEADING][:1]
+            rows = rows[early:]
+        found[section] = tuple(row for row in rows if row.words)
+    return found, headless
+
+
+def number(word: str) -> bool:
+    """True for a finite number that MoorDyn reads to its end."""
+    return bool(NUMBER.fullmatch(word)) and math.isfinite(float(word))
 
 
 def option_name(row: Row) -> str:
@@ -92,20 +154,23 @@ def has_force(row: Row) -> bool:
     return len(row.words) >= FORCED_POINT and all(map(number, row.words[7:FORCED_POINT]))
 
 
+def _row(line: str, k: int) -> Row:
+    return Row(tuple(takewhile(lambda word: "#" not in word, line.split())), k + 1)
+
+
+def _is_data(row: Row) -> bool:
+    """True if three words or more are numbers, and half of all, or the first one is 1."""
+    numbers = sum(map(number, row.words))
+    return numbers >= 3 and (2 * numbers >= len(row.words) or row.words[0] == "1")
+
+
 def _text(path: Path) -> str:
     check_named(path, SUFFIXES, "MoorDyn file")
     try:
-        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_LINE_FILE)
+        return read_text(path, encoding="utf-8-sig", largest=LARGEST_LINE_FILE)
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         message, remedy = missing_file(path, "MoorDyn file")
         raise InputError.single(message, remedy, keys=("file",)) from None
-    except UnicodeDecodeError as error:
-        message = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
-        remedy = "a MoorDyn input file is text: save it as UTF-8"
-        raise InputError.single(message, remedy, str(path)) from None
-    except (OSError, TooLongError) as error:
-        raise InputError.single(f"MoorDyn file: {error}", "", str(path)) from None
-    if not text.strip():
-        remedy = "name a MoorDyn v2 input file, or describe the lines in the system file"
-        raise InputError.single("MoorDyn file: it is empty", remedy, str(path))
-    return text
+    except (OSError, UnicodeDecodeError, TooLongError) as error:
+        message = f"MoorDyn file cannot be read: {error}"
+        raise InputError.single(message, "save it as text in UTF-8", str(path)) from None

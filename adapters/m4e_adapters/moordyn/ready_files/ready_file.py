@@ -21,10 +21,15 @@ from m4e_adapters.moordyn.mooring import (
     internal_step,
     net_line,
 )
-from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, POINT_END, Attachments
-from m4e_adapters.moordyn.ready_files.file_checks import check, check_places
-from m4e_adapters.moordyn.ready_files.read_file import ReadFile, has_force, option_name
-from m4e_adapters.moordyn.ready_files.sections import Row
+from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, Attachments, ends_of
+from m4e_adapters.moordyn.ready_files.checks import SEGMENTS, check, check_places
+from m4e_adapters.moordyn.ready_files.read_file import (
+    TABLES,
+    ReadFile,
+    Row,
+    has_force,
+    option_name,
+)
 from m4e_adapters.moordyn.stability import (
     SCHEMES,
     SPEED,
@@ -39,7 +44,6 @@ WATER = {"rho": 1025.0, "g": 9.80665}  # MoorDyn's own
 FRICTION_DAMPING = 200.0  # MoorDyn's own FricDamp
 REPLACED = {"cfl", "writeunits", "dtout", "fileic", "wavekin"}
 """Options that have no effect or are answered otherwise."""
-SEGMENTS = {"rods": 9, "lines": 5}  # column of their number; outputs stand behind
 
 
 def ready_mooring(
@@ -58,27 +62,26 @@ def ready_mooring(
     """
     file = ReadFile(Path(path))
     check(file)
-    if file.problems:
-        raise InputError(file.problems)
+    InputError.raise_for(file.problems)
     attached = Attachments(file)
+    attached.check()
     check_places(file, {row.words[0]: attached.place(row) for row in file.rows("points")})
     points = _fairleads(file, attached, fairleads)
-    if file.problems:
-        raise InputError(file.problems)
+    InputError.raise_for(file.problems)
     moved = sea(file.depth, file.option("g", WATER["g"]))
     segments = _segments(file, attached, speed=SPEED + (moved.speed if moved else 0.0))
-    scheme, step, notes = _integration(file, segments)
+    moving = _with_moving_nodes(file, attached, segments)
+    scheme, step, notes = _integration(file, moving)
     notes = (*notes, *_notes(file, simple=attached.simple(), still=moved is None))
-    if file.problems:
-        raise InputError(file.problems)
-    net = _net(file, attached) if attached.simple() else None
+    InputError.raise_for(file.problems)
+    net = _net(file, attached, segments) if attached.simple() else None
     integration = [(repr(step), "dtM"), (scheme, "tScheme")]
     if moved:
         integration.append(MOVING_WATER)
     return Mooring(
         text=_text(file, attached, integration, known=bool(net)),
         fairleads=points,
-        lines=tuple(f"line_{k + 1}" for k in range(len(file.rows("lines")))),
+        lines=tuple(segments),
         time_step=step,
         net=net,
         at_rest=file.option("tmaxic", 1.0) > 0,
@@ -86,7 +89,7 @@ def ready_mooring(
         drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
         notes=notes,
         sea=moved,
-        fastest=fastest_water(segments, scheme=scheme, step=step),
+        fastest=fastest_water(moving, scheme=scheme, step=step),
     )
 
 
@@ -166,16 +169,13 @@ def _notes(file: ReadFile, *, simple: bool, still: bool) -> list[str]:
 
 
 def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[str, Segment]:
-    """A segment of every line that has moving nodes, at most at `speed` [m/s] in the water."""
+    """A segment of every line, at most at `speed` [m/s] in the water."""
     types = {row.words[0]: row.words for row in file.rows("line types")}
-    free = {row.words[0] for row in file.rows("points") if attached.free(row)}
     held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
     friction = file.option("frictioncoefficient", 0.0) * file.option("fricdamp", FRICTION_DAMPING)
     found = {}
     for k, row in enumerate(file.rows("lines")):
-        ends, length, count = _ends(row), float(row.words[4]), int(float(row.words[5]))
-        if count == 1 and attached.simple() and not free & set(ends):
-            continue
+        ends, length, count = ends_of(row), float(row.words[4]), int(float(row.words[5]))
         d, m, ea, ba, ei, cd, ca, cdax, caax = (float(w) for w in types[row.words[1]][1:10])
         piece = length / count
         anchors = [held[end] for end in ends if end in held]
@@ -201,7 +201,20 @@ def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[st
     return found
 
 
-def _net(file: ReadFile, attached: Attachments) -> NetData:
+def _with_moving_nodes(
+    file: ReadFile, attached: Attachments, segments: dict[str, Segment]
+) -> dict[str, Segment]:
+    """Those of lines that have nodes, or an end, which MoorDyn moves."""
+    fixed = {r.words[0] for r in file.rows("points") if attached.simple() and not attached.free(r)}
+    pairs = zip(segments.items(), file.rows("lines"), strict=True)
+    return {
+        name: segment
+        for (name, segment), row in pairs
+        if int(float(row.words[5])) > 1 or not fixed.issuperset(ends_of(row))
+    }
+
+
+def _net(file: ReadFile, attached: Attachments, segments: dict[str, Segment]) -> NetData:
     """Points and lines for their static equilibrium, see `rest.net_at`."""
     density, gravity = (file.option(key, value) for key, value in WATER.items())
     points = []
@@ -216,26 +229,17 @@ def _net(file: ReadFile, attached: Attachments) -> NetData:
             force = (load[0], load[1], load[2] + lift - gravity * mass)
         known = {"name": f"point {row.words[0]}", "anchor": attached.held(row), "buoyancy": lift}
         points.append({"position": attached.place(row), "force": force, **known})
-    types = {row.words[0]: row.words for row in file.rows("line types")}
-    lines = []
-    for row in file.rows("lines"):
-        d, m, ea, _, ei, cd, _, cdax = (float(word) for word in types[row.words[1]][1:9])
-        a, b = (int(end) - 1 for end in _ends(row))
-        lines.append(
-            net_line(
-                ends=(a, b),
-                segments=int(float(row.words[5])),
-                length=float(row.words[4]),
-                diameter=d,
-                mass_per_length=m,
-                stiffness=ea,
-                bending=ei,
-                drag=cd,
-                axial_drag=cdax,
-                density=density,
-                gravity=gravity,
-            )
+    pairs = zip(file.rows("lines"), segments.values(), strict=True)
+    lines = [
+        net_line(
+            segment,
+            ends=tuple(int(end) - 1 for end in ends_of(row)),
+            count=int(float(row.words[5])),
+            length=float(row.words[4]),
+            gravity=gravity,
         )
+        for row, segment in pairs
+    ]
     return {
         "points": points,
         "fairleads": [k for k, row in enumerate(file.rows("points")) if attached.moved(row)],
@@ -243,12 +247,6 @@ def _net(file: ReadFile, attached: Attachments) -> NetData:
         "bed": -file.depth,
         "bed_stiffness": file.option("kbot", SEABED["kbot"]),
     }
-
-
-def _ends(row: Row) -> list[str]:
-    """The numbers of the points at which a line ends; a rod's end stays as it is written."""
-    found = [(word, POINT_END.fullmatch(word.upper())) for word in row.words[2:4]]
-    return [match[1] if match else word for word, match in found]
 
 
 def _text(
@@ -259,7 +257,7 @@ def _text(
     Where the equilibrium is not known otherwise, MoorDyn looks for it as the file says.
     """
     lines = ["MoorDyn v2 input file, after " + file.path.name]
-    for section in ("line types", "rod types", "bodies", "rods", "points", "lines"):
+    for section in TABLES:
         rows = [_row(section, row, attached) for row in file.rows(section)]
         if rows:
             lines += [header(section.upper()), "-", "-", *rows]

@@ -12,7 +12,8 @@ from support.lines_in_waves import mooring_of
 
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring, ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_adapters.moordyn.ready_files.sections import tables
+from m4e_adapters.moordyn.ready_files.read_file import Row
+from m4e_adapters.moordyn.ready_files.read_file import tables as read_tables
 from m4e_fmi.files.document import Document
 from m4e_fmus import mooring as mooring_kind
 
@@ -39,6 +40,10 @@ lines:
 seabed: {stiffness: 1.1e+5, damping: 1.3e+3}
 solver: {scheme: RK2, time_step: 0.0012345678901234567}
 """
+
+
+def tables(text: str) -> dict[str, tuple[Row, ...]]:
+    return read_tables(text)[0]
 
 
 def ready(folder: Path, text: str) -> Mooring:

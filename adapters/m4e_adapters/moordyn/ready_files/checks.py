@@ -1,0 +1,268 @@
+"""Checks of a MoorDyn file: by MoorDyn itself, and before that of its silent mistakes.
+
+MoorDyn 2.7.2 reads of a word as many characters as make a number, and 0 where there are none; it
+leaves rows without a heading out, and runs with masses below zero.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from m4e_adapters.moordyn.line_file import header
+from m4e_adapters.moordyn.ready_files.attachments import FREE, ends_of
+from m4e_adapters.moordyn.ready_files.read_file import (
+    TABLES,
+    ReadFile,
+    Row,
+    has_force,
+    number,
+    option_name,
+)
+from m4e_fmi.errors import suggestion
+
+FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
+"""A number with an exponent that only Fortran knows: 5.83D8."""
+Column = tuple[str, float, float]
+"""Name of a number, its least and its largest value [SI; degrees]."""
+PLACE, ANGLE = ("coordinate", -1e7, 1e7), ("angle", -360.0, 360.0)
+FORCE = ("constant force", -1e12, 1e12)
+MASS, VOLUME, DIAMETER = ("mass", 0.0, 1e12), ("volume", 0.0, 1e9), ("diameter", 1e-6, 1e3)
+DRAG, ADDED_MASS = ("drag coefficient Cd", 0.0, 1e3), ("added mass coefficient Ca", 0.0, 1e3)
+COLUMNS: dict[str, dict[int, Column]] = {
+    "line types": {
+        1: DIAMETER,
+        2: ("mass per length", 1e-6, 1e6),
+        3: ("stiffness EA", 1e-3, 1e15),
+        4: ("damping BA", -1e6, 1e15),  # a negative one is a damping ratio
+        5: ("bending stiffness EI", 0.0, 1e15),
+        6: DRAG,
+        7: ADDED_MASS,
+        8: ("axial drag coefficient CdAx", 0.0, 1e3),
+        9: ("axial added mass coefficient CaAx", 0.0, 1e3),
+    },
+    "rod types": {
+        1: DIAMETER,
+        2: ("mass per length", 0.0, 1e9),
+        3: DRAG,
+        4: ADDED_MASS,
+        5: ("drag coefficient of the ends CdEnd", 0.0, 1e3),
+        6: ("added mass coefficient of the ends CaEnd", 0.0, 1e3),
+    },
+    "bodies": {
+        **dict.fromkeys((2, 3, 4), PLACE),
+        **dict.fromkeys((5, 6, 7), ANGLE),
+        8: MASS,
+        9: ("centre of gravity", -1e7, 1e7),
+        10: ("moment of inertia", 0.0, 1e18),
+        11: VOLUME,
+        12: ("drag area CdA", 0.0, 1e15),  # of rotations [m⁵], too
+        13: ADDED_MASS,
+    },
+    "rods": {
+        **dict.fromkeys(range(3, 9), PLACE),
+        9: ("number of segments", 0, 1000),  # 0: a rod without length
+    },
+    "points": {**dict.fromkeys((2, 3, 4), PLACE), 5: MASS, 6: VOLUME},
+    "lines": {4: ("unstretched length", 1e-3, 1e6), 5: ("number of segments", 1, 1000)},
+}
+SEVERAL = {("bodies", k) for k in (9, 10, 12, 13)}  # columns of values with | in between
+SEGMENTS = {"rods": 9, "lines": 5}  # column of their number, which is whole; outputs stand behind
+OPTIONS: dict[str, tuple[float, float]] = {
+    "dtm": (1e-6, 1e3),
+    "cfl": (1e-6, 1e3),
+    "g": (1e-6, 1e3),
+    "rho": (0.0, 1e5),
+    "wtrdpth": (0.0, 1e5),
+    "kbot": (0.0, 1e15),
+    "cbot": (0.0, 1e15),
+    "dtic": (1e-6, 1e4),
+    "tmaxic": (0.0, 1e5),
+    "cdscaleic": (1e-6, 1e6),
+    "threshic": (0.0, 1e6),
+    "icgendynamic": (0.0, 1.0),
+    "wavekin": (0.0, 1.0),  # more: water kinematics from files
+    "dtwave": (0.0, 1e6),
+    "currents": (0.0, 0.0),  # more: currents from files
+    "unifycurrentgrid": (0.0, 1.0),
+    "writelog": (0.0, 3.0),
+    "writeunits": (0.0, 1.0),
+    "frictioncoefficient": (0.0, 1e3),
+    "fricdamp": (0.0, 1e15),
+    "statdynfricscale": (0.0, 1e6),
+    "dtout": (0.0, 1e6),
+    "disableoutput": (0.0, 1.0),
+    "disableouttime": (0.0, 1.0),
+}
+"""Least and largest value of the options that are numbers (MoorDyn2.cpp, readOptionsLine)."""
+WORDS = ("tscheme", "fileic")
+CLOSE = 1e-6  # [m] between the ends of a line that are at the same place
+CREATE = "import moordyn; moordyn.Create('lines.txt')"
+LONGEST = 60.0  # [s] for MoorDyn to read a file
+SOURCE_PLACE = re.compile(r"^ERR \S+:\d+ \w+\(\): *", re.MULTILINE)
+AT_LINE = re.compile(r"Error in lines.txt at line (\d+):?\s*('.*'\n)?")
+
+
+def check(file: ReadFile) -> None:
+    """Note everything in `file` that MoorDyn refuses, does not say or cannot save."""
+    if not file.rows("lines"):
+        remedy = "add it, or name a MoorDyn v2 input file"
+        file.wrong(None, "the section LINES is missing or empty", remedy)
+    for row in file.headless:
+        message = "one of two lines above the rows of this table, names and units, is missing"
+        remedy = "write it above this row, as '(-) (-)': MoorDyn would leave this row out instead"
+        file.wrong(row, message, remedy)
+    for section in TABLES:
+        for row in file.rows(section):
+            _check_numbers(file, section, row)
+    for section in ("bodies", "rods", "points", "lines"):
+        for k, row in enumerate(file.rows(section), 1):
+            if row.words[0] != str(k):
+                message = f"number {row.words[0]} where {k} is expected"
+                remedy = f"number the {section} 1, 2, 3, … in the order of the file"
+                file.wrong(row, message, remedy, 0)
+    for section in ("line types", "rod types"):
+        names: set[str] = set()
+        for row in file.rows(section):
+            if row.words[0] in names:
+                file.wrong(row, f"the type {row.words[0]!r} is given twice", "rename one of them")
+            names.add(row.words[0])
+    for row in file.rows("line types"):
+        if len(row.words) > 10 and (not number(row.words[10]) or float(row.words[10]) != 0):
+            message = "vortex-induced vibration (Cl) is not supported"
+            file.wrong(row, message, "set Cl to 0: MoorDyn does not save its state", 10)
+    for row in (*file.rows("failure"), *file.rows("not supported")):
+        remedy = "remove the section: MoorDyn cannot go back before what happens in it"
+        file.wrong(row, "this section is not supported", remedy)
+    if not file.problems:
+        _check_by_moordyn(file)
+    _check_options(file)
+
+
+def check_places(file: ReadFile, places: dict[str, tuple[float, float, float]]) -> None:
+    """Note what is below the seabed, and lines and rods without length; places [m], world frame."""
+    for row in file.rows("points"):
+        _check_depth(file, row, f"point {row.words[0]}", places[row.words[0]][2])
+    for row in file.rows("rods"):
+        ends = [float(word) for word in row.words[3:9]]
+        if math.dist(ends[:3], ends[3:]) < CLOSE and float(row.words[9]) > 0:
+            message = f"both ends of rod {row.words[0]} are at one place"
+            file.wrong(row, message, "move one, or give a rod without length 0 segments")
+        if row.words[2].upper() in FREE:
+            _check_depth(file, row, f"rod {row.words[0]}", min(ends[2], ends[5]))
+    for row in file.rows("lines"):
+        ends = [places[end] for end in ends_of(row) if end in places]
+        if len(ends) == 2 and math.dist(*ends) < CLOSE:
+            message = f"both ends of line {row.words[0]} are at one place"
+            file.wrong(row, message, "MoorDyn cannot lay out such a line: move one of its points")
+
+
+def _check_depth(file: ReadFile, row: Row, what: str, z: float) -> None:
+    if z < -file.depth - CLOSE:
+        message = f"{what} at z = {z:g} m is below the seabed at {-file.depth:g} m"
+        file.wrong(row, message, f"raise it, or make WtrDpth at least {-z:g}")
+
+
+def _check_numbers(file: ReadFile, section: str, row: Row) -> None:
+    """Note the words of `row` that are not numbers, or none that can be meant."""
+    columns = COLUMNS[section]
+    if section == "points":
+        forces = dict.fromkeys((7, 8, 9), FORCE) if has_force(row) else {}
+        last = 7 + len(forces)
+        drag = ("drag area CdA", 0.0, 1e9)
+        columns = columns | forces | {last: drag, last + 1: ("added mass CA", 0.0, 1e3)}
+    for k, (name, least, largest) in columns.items():
+        word = row.words[k] if k < len(row.words) else ""
+        values = word.split("|") if (section, k) in SEVERAL else [word]
+        whole = SEGMENTS.get(section) == k
+        for value in values if word else ():
+            _check_number(file, row, k, name, value, (least, largest), whole=whole)
+
+
+def _check_number(
+    file: ReadFile,
+    row: Row,
+    k: int,
+    name: str,
+    word: str,
+    limits: tuple[float, float],
+    *,
+    whole: bool = False,
+) -> None:
+    fits = number(word) and limits[0] <= float(word) <= limits[1]
+    if fits and (not whole or float(word).is_integer()):
+        return
+    kind = "whole number" if whole else "number"
+    message = f"{name}: {word!r} is not a {kind} between {limits[0]:g} and {limits[1]:g}"
+    remedy = "give it in SI units (angles in degrees); data in other files are not supported"
+    if row in file.rows("options"):
+        remedy = "remove the line for the default; data in other files are not supported"
+    fortran = FORTRAN.fullmatch(word)
+    if fortran:
+        remedy = f"MoorDyn would read {fortran[1]}: write {'E'.join(fortran.groups())}"
+    file.wrong(row, message, remedy, k)
+
+
+def _check_options(file: ReadFile) -> None:
+    """Note unknown options, values that cannot be meant, and two values of one option."""
+    for row in file.rows("options"):
+        if len(row.words) < 2:
+            file.wrong(row, "an option needs a value and a name", "write '0.001 dtM'")
+            continue
+        key, (value, name) = option_name(row), row.words[:2]
+        if key in OPTIONS:
+            _check_number(file, row, 0, name, value, OPTIONS[key])
+        elif key not in WORDS:
+            remedy = suggestion(name.lower(), {*OPTIONS, *WORDS}, "options")
+            file.wrong(row, f"unknown or unsupported option {name!r}", remedy, 1)
+        last = file.options[key]
+        if last.words[0] != value:
+            message = f"{name} {value}: line {last.line} gives {' '.join(last.words[1::-1])}"
+            file.wrong(row, message, "MoorDyn takes the last one: remove one of the two lines")
+    if "wtrdpth" not in file.options and file.rows("lines"):
+        row = (file.rows("options") or file.rows("lines"))[-1]
+        message = "the depth of the water, WtrDpth, is missing in OPTIONS"
+        file.wrong(row, message, "add it below, in m: '200 WtrDpth'")
+
+
+def _check_by_moordyn(file: ReadFile) -> None:
+    """Note what MoorDyn says of the tables of `file`, at the row that it names."""
+    text: list[str] = ["MoorDyn v2 input file"]
+    rows: dict[int, Row] = {}
+    for section in TABLES:
+        if file.rows(section):
+            text += [header(section.upper()), "-", "-"]
+        for row in file.rows(section):
+            text.append(" ".join(row.words))
+            rows[len(text)] = row
+    options = [row for key, row in file.options.items() if key in ("tscheme", "wtrdpth")]
+    text += [header("OPTIONS"), *(" ".join(row.words[:2]) for row in options), header("END"), ""]
+    said = _said("\n".join(text))
+    if said:
+        at = AT_LINE.search(said)
+        message = f"MoorDyn refuses it: {' '.join(AT_LINE.sub('', said).split())}"
+        remedy = "see the inputs of MoorDyn v2 in its documentation"
+        file.wrong(rows.get(int(at[1])) if at else None, message, remedy)
+
+
+@cache
+def _said(text: str) -> str:
+    """The errors that MoorDyn has for an input file; a wrong file can end its process."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "lines.txt").write_text(text, encoding="utf-8")
+        command = [sys.executable, "-c", CREATE]
+        try:
+            run = subprocess.run(
+                command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return f"it has not read it after {LONGEST:g} s"
+    said = run.stdout + run.stderr
+    if "ERR " in said:
+        return SOURCE_PLACE.sub("", said[said.index("ERR ") :].partition("Error (-")[0])
+    return said.splitlines()[-1] if run.returncode else ""
