@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
+
+from m4e_fmi.errors import Problem
 
 Function = Callable[..., Any]
 
@@ -61,9 +63,9 @@ class FmuKind:
     scene: Function = _nothing
     response: Function = _nothing
     at_rest: Function = _same
-    problems: Function = _none
-    doubts: Function = _none
-    doubts_at_start: Function = _none
+    problems: Callable[..., Iterable[Problem]] = _none
+    doubts: Callable[..., Iterable[str]] = _none
+    doubts_at_start: Callable[..., Iterable[str]] = _none
     displaced: Function = _nothing
     stability: Function | None = None
     coefficients: Function | None = None

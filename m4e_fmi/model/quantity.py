@@ -35,13 +35,16 @@ def given(
     return field(default=default, metadata=about | {"is_optional": default is None})
 
 
-def quantities_of(element: object) -> Mapping[str, Mapping[str, Any]]:
+Quantities = Mapping[str, Mapping[str, Any]]
+
+
+def quantities_of(element: object) -> Quantities:
     """The fields of an element that are `given` as numbers, and what is said of each."""
     return _quantities_of(type(element))
 
 
 @cache
-def _quantities_of(kind: Any) -> Mapping[str, Mapping[str, Any]]:
+def _quantities_of(kind: type) -> Quantities:
     return {one.name: one.metadata for one in fields(kind) if one.metadata}
 
 

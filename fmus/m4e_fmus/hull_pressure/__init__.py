@@ -22,9 +22,9 @@ from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullData, PressureD
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.hydrodynamics.seas.system_seas import wave_data
-from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.report.animation.shown import Shown
-from m4e_fmus.water import CHECKS
+from m4e_fmus.water import kind_in_water
 
 TRAVELS = ("hull_load.py", "hull_outputs.py")
 MANY = 5000  # triangles of a hull, from which its cost is told
@@ -182,4 +182,4 @@ def _output(name: str, unit: str, text: str, given: tuple[str, ...]) -> FmuVaria
     )
 
 
-KIND = FmuKind(HullPressureConfig, build=_build, scene=_scene, **CHECKS)
+KIND = kind_in_water(HullPressureConfig, build=_build, scene=_scene)

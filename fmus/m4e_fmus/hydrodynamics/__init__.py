@@ -17,10 +17,9 @@ from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.refinement import refinement, refinement_json
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
-from m4e_fmi.fmu import FmuKind
 from m4e_fmi.report.animation.shown import Shown, ShownHull
 from m4e_fmi.report.drawing.hulls import Hull
-from m4e_fmus.water import CHECKS
+from m4e_fmus.water import kind_in_water
 
 
 def _stability(config: HydrodynamicsConfig, *, folder: Path) -> str:
@@ -73,7 +72,7 @@ def _refinement(
     return str(study), refinement_json(study)
 
 
-KIND = FmuKind(
+KIND = kind_in_water(
     HydrodynamicsConfig,
     build=program_from_config,
     takes_long=True,
@@ -85,5 +84,4 @@ KIND = FmuKind(
     coefficients=hydrodynamic_data,
     config_of_file=config_of_file,
     refinement=_refinement,
-    **CHECKS,
 )

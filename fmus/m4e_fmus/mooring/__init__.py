@@ -20,10 +20,10 @@ from m4e_adapters.moordyn import Fairlead, Mooring, MooringConfig
 from m4e_adapters.moordyn.mooring import Sea
 from m4e_adapters.moordyn.plausibility import light_lines, soft_lines
 from m4e_adapters.sea.program import tell_doubts
-from m4e_fmi.fmu import FmuKind, FmuVariable, ModelDescription, PythonSource, describe
+from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable
-from m4e_fmus.water import CHECKS
+from m4e_fmus.water import kind_in_water
 from m4e_fmus.water.surroundings import is_of
 
 TRAVELS = (
@@ -284,4 +284,4 @@ def _calm(
     return config.in_still_water(), {n: v for n, v in start.items() if not is_of(n, "waves")}
 
 
-KIND = FmuKind(MooringConfig, build=_build, scene=_scene, at_rest=_calm, **CHECKS)
+KIND = kind_in_water(MooringConfig, build=_build, scene=_scene, at_rest=_calm)

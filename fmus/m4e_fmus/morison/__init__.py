@@ -8,8 +8,7 @@ from m4e_adapters.hydrodynamics.stability_report import stability_text
 from m4e_adapters.morison import MorisonConfig, members_in_waves, morison_program
 from m4e_adapters.morison.shown import displaced_by, shown
 from m4e_adapters.morison.stability import stability_of
-from m4e_fmi.fmu import FmuKind
-from m4e_fmus.water import CHECKS
+from m4e_fmus.water import kind_in_water
 
 
 def _stability(config: MorisonConfig, *, folder: Path) -> str:  # noqa: ARG001
@@ -20,12 +19,11 @@ def _stability(config: MorisonConfig, *, folder: Path) -> str:  # noqa: ARG001
     )
 
 
-KIND = FmuKind(
+KIND = kind_in_water(
     MorisonConfig,
     build=morison_program,
     scene=shown,
     response=members_in_waves,
     displaced=lambda config, **_: displaced_by(config),
     stability=_stability,
-    **CHECKS,
 )

@@ -8,9 +8,8 @@ from pathlib import Path
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.sea import SeaConfig, sea_program
 from m4e_adapters.sea.waves_at_points import sea_in_waves
-from m4e_fmi.fmu import FmuKind
 from m4e_fmi.report.animation.shown import Shown
-from m4e_fmus.water import CHECKS
+from m4e_fmus.water import kind_in_water
 
 
 def _scene(config: SeaConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
@@ -19,4 +18,4 @@ def _scene(config: SeaConfig, *, folder: Path, values: Mapping[str, float]) -> S
     return Shown(water=water, floor=floor_of(config.water))
 
 
-KIND = FmuKind(SeaConfig, build=sea_program, scene=_scene, response=sea_in_waves, **CHECKS)
+KIND = kind_in_water(SeaConfig, build=sea_program, scene=_scene, response=sea_in_waves)

@@ -8,16 +8,16 @@ forces that `start_balance` finds on them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from functools import partial
 
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Wiring
-from m4e_fmi.fmu import Description
+from m4e_fmi.fmu import Description, FmuKind
 from m4e_fmus.water.doubles import double_buoyancy, double_drag, double_load_problems
 from m4e_fmus.water.flotation import flotation
 from m4e_fmus.water.surroundings import differing
 
-__all__ = ["CHECKS"]
+__all__ = ["kind_in_water"]
 
 
 def _doubts(
@@ -29,9 +29,7 @@ def _doubts(
     yield from double_buoyancy(system, wiring)
 
 
-CHECKS: dict[str, Any] = {
-    "problems": double_load_problems,
-    "doubts": _doubts,
-    "doubts_at_start": flotation,
-}
-"""Those of `m4e_fmi.fmu.FmuKind`, by its names."""
+kind_in_water = partial(
+    FmuKind, problems=double_load_problems, doubts=_doubts, doubts_at_start=flotation
+)
+"""An `FmuKind` with these checks."""

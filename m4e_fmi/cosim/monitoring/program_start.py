@@ -37,7 +37,7 @@ def program_start_warnings(system: System, program: Program) -> tuple[str, ...]:
     start = ProgramStart(program)
     descriptions = {name: one.description for name, one in start.instances.items()}
     given = rest, descriptions, connect(rest, descriptions), start
-    return tuple(answers(rest.components, descriptions, "doubts_at_start", *given))
+    return tuple(answers(rest.components, descriptions, lambda k: k.doubts_at_start, *given))
 
 
 def _ends(text: str) -> set[str]:

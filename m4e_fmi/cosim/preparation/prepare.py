@@ -92,7 +92,9 @@ def prepare(
             *unconnected_parameters(system, descriptions, wiring),
             *without_added_mass(descriptions, wiring),
             *loose_ends(system, descriptions, wiring),
-            *answers(system.components, descriptions, "doubts", system, descriptions, wiring),
+            *answers(
+                system.components, descriptions, lambda k: k.doubts, system, descriptions, wiring
+            ),
             *start_values_without_effect(system, wiring, structure),
             *reversed_forces(system, descriptions, wiring),
             *within_ramps(system, descriptions),

@@ -118,7 +118,7 @@ def _look_at_start(run: Run) -> None:
         options.checkpoint.saved.take_texts(run.network)
     system, known = prepared.system, prepared.descriptions
     given = system, known, prepared.wiring, run.network
-    found = tuple(answers(system.components, known, "doubts_at_start", *given))
+    found = tuple(answers(system.components, known, lambda k: k.doubts_at_start, *given))
     options.warn_of(found)
     # inputs that nothing is connected to may be set between the steps of a changeable run
     run.warnings = (*(() if options.changeable else prepared.warnings), *found)

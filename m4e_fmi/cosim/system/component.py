@@ -6,13 +6,13 @@ import math
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator
 
@@ -208,13 +208,16 @@ def kind_of(name: str) -> FmuKind:
     return found
 
 
+Answer = TypeVar("Answer")
+
+
 def answers(
     components: Sequence[Component],
     descriptions: Mapping[str, Description],
-    question: str,
+    question: Callable[[FmuKind], Callable[..., Iterable[Answer]]],
     *asked: object,
-) -> Iterator[Any]:
-    """Answers of the kinds of these components to a `question`, a function of `FmuKind`.
+) -> Iterator[Answer]:
+    """Answers of the kinds of these components to a `question`, one of their functions.
 
     It gets what is `asked`, once for all kinds that have the same. An FMU that was built here may
     be of any kind: with one, all that are installed answer.
@@ -222,7 +225,7 @@ def answers(
     names = {c.source.name for c in components if isinstance(c.source, Kind)}
     if any(isinstance(c.source, FmuFile) and descriptions[c.name].is_own for c in components):
         names.update(kinds())
-    for function in dict.fromkeys(getattr(kind_of(name), question) for name in sorted(names)):
+    for function in dict.fromkeys(question(kind_of(name)) for name in sorted(names)):
         yield from function(*asked)
 
 

@@ -63,7 +63,7 @@ def moving(variables: Variables, links: Iterable[Link]) -> list[Link]:
 def connected_bodies(links: Iterable[Link]) -> Mapping[tuple[str, str], Pairs]:
     """Pairs of bodies that these forces or motions connect, by hydrodynamics component and model.
 
-    Any component counts that is connected with a variable ``body.<name>.…`` of another one, which
+    Every component counts that is connected with a variable ``body.<name>.…`` of another one, which
     is the model.
     """
     found: dict[tuple[str, str], set[tuple[str, str]]] = {}

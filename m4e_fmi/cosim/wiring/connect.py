@@ -319,7 +319,7 @@ def _resolved(
         link_problems(system, variables, links),
         start_problems(system, descriptions),
         dependency_problems(system, descriptions),
-        answers(system.components, descriptions, "problems", system, variables, links),
+        answers(system.components, descriptions, lambda k: k.problems, system, variables, links),
         input_derivative_problems(system, descriptions, links),
         body_order_problems(system, variables, links),
         outer_port_problems(system, descriptions, driven),

@@ -21,7 +21,6 @@ from dataclasses import asdict
 from importlib import import_module
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import TemporaryFolder
@@ -273,7 +272,7 @@ def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Gro
 def _outcome(name: str, work: Path, how: str, message: str, seconds: float) -> Group:
     path = _file(work, name, "findings")
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    results: list[dict[str, Any]] = [json.loads(line) for line in lines]
+    results = [json.loads(line) for line in lines]
     if how == "done" and ENDED not in results:  # by exit(0), in a call
         how = "ended"
     findings = [one for one in results if "id" in one]
