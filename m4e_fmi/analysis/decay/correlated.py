@@ -34,6 +34,12 @@ TAKEN = 4.0
 wanders off, there is no end otherwise."""
 
 
+def _longer(own: Floats, reflection: float) -> Floats:
+    """Coefficients (n + 1,) [1] with one reflection more than those of `own` (n,)."""
+    longer = np.append(own, 0.0)
+    return longer + reflection * longer[::-1]
+
+
 @dataclass(frozen=True)
 class Process:
     """e_k + Σ a_j e_{k−j} = white noise of `variance`; `reflections` are those of Burg."""
@@ -46,8 +52,7 @@ class Process:
         """1, a_1, a_2, … (order + 1,) [1]."""
         found = np.ones(1)
         for k in self.reflections:
-            longer = np.append(found, 0.0)
-            found = longer + k * longer[::-1]
+            found = _longer(found, k)
         return found
 
     def autocovariance(self, count: int) -> Floats:
@@ -57,8 +62,7 @@ class Process:
         found, own = [error], np.ones(1)
         for reflection in k:
             found.append(-reflection * error - float(own[1:] @ found[:0:-1]))
-            longer = np.append(own, 0.0)
-            own = longer + reflection * longer[::-1]
+            own = _longer(own, reflection)
             error *= 1.0 - reflection**2
         for _ in range(count - len(found)):
             found.append(-float(own[1:] @ found[: -len(own) : -1]) if len(k) else 0.0)
@@ -122,8 +126,7 @@ def burg(signals: Floats, most: int, *, floor: float = 0.0) -> Process:
         k = -2.0 * common / squares
         k = min(max(k, 1.0 / n - 1.0), 1.0 - 1.0 / n)  # nothing correlates beyond the record
         forward, backward = f + k * b, b + k * f
-        longer = np.append(own, 0.0)
-        own = longer + k * longer[::-1]
+        own = _longer(own, k)
         variance *= 1.0 - k**2
         reflections.append(k)
     return best

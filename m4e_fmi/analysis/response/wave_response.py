@@ -123,84 +123,61 @@ def wave_response(
         _check_powers(waves.program, names)
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
     forces = [waves.per_amplitude(omega, angle, point) for angle in angles.tolist()]
-    found = _Found.of(local, forces, omega, height / 2.0, progress or (lambda _: None))
-    notes = [*doubts(waves, local, float(omega.max()), small=height == 0), *found.notes]
+    values, states, means, third, told = _responses(
+        local, forces, omega, height / 2.0, progress or (lambda _: None)
+    )
+    notes = [*doubts(waves, local, float(omega.max()), small=height == 0), *told]
     if height:
         notes += _breaking(waves, omega, height)
-        notes += _beyond(Limits(waves, point), forces, found.states, height / 2.0)
-    third = np.where(_counts(local, found.values), found.third, 0.0)
+        notes += _beyond(Limits(waves, point), forces, states, height / 2.0)
+    third = np.where(_counts(local, values), third, 0.0)
     notes += _third_harmonics(local, omega, third)
     return WaveResponse(
         point=point, omega=omega, directions=angles, height=height, outputs=local.outputs,
-        values=found.values, means=found.means, third=third, states=found.states,
-        notes=tuple(notes),
+        values=values, means=means, third=third, states=states, notes=tuple(notes),
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _Found:
-    """Harmonics, means and third harmonics as of `WaveResponse`, before what does not count."""
+def _responses(
+    local: LocalEquations,
+    forces: Sequence[Complex],
+    omega: Floats,
+    amplitude: float,
+    progress: Callable[[str], object],
+) -> tuple[Complex, Complex, Floats, Floats, list[str]]:
+    """Values, states, means, third harmonics and notes as of `WaveResponse`, also of what is small.
 
-    values: Complex
-    states: Complex
-    means: Floats
-    third: Floats
-    notes: list[str]
-
-    @classmethod
-    def of(
-        cls,
-        local: LocalEquations,
-        forces: Sequence[Complex],
-        omega: Floats,
-        amplitude: float,
-        progress: Callable[[str], object],
-    ) -> _Found:
-        """For `forces` (k, m) [SI] of each direction and `omega` (k,) [rad/s]; 0: small waves.
-
-        RunError if no steady motion is found in any wave.
-        """
-        rest = LinearEquations.of(local)
-        decay = GUESS if amplitude else 0.0
-        linear = [rest.harmonics(omega, per_wave, decay=decay) for per_wave in forces]
-        states, values = (np.array(part) for part in zip(*linear, strict=True))
-        means = np.tile(rest.outputs, (*values.shape[:2], 1))
-        found = cls(values, states, means, np.zeros(values.shape), [])
-        if amplitude:
-            found._make_steady(local, forces, omega, amplitude, progress)
-        return found
-
-    def _make_steady(
-        self,
-        local: LocalEquations,
-        forces: Sequence[Complex],
-        omega: Floats,
-        amplitude: float,
-        progress: Callable[[str], object],
-    ) -> None:
-        """Put the steady motions in waves of that amplitude in place of the linear ones."""
-        drifts: dict[str, None] = {}
-        failures: list[RunError] = []
-        places = list(np.ndindex(self.values.shape[:2]))
-        for number, place_of in enumerate(places):
-            progress(f"steady motion in wave {number + 1} of {len(places)}")
-            d, k = place_of
-            guess = self.states[place_of]
-            try:
-                steady = steady_motion(local, float(omega[k]), forces[d][k], guess, amplitude)
-            except RunError as error:
-                failures.append(error)
-                for part in (self.states, self.values, self.means):
-                    part[place_of] = np.nan
-                continue
-            self.states[place_of], self.values[place_of] = steady.states, steady.response
-            self.means[place_of], self.third[place_of] = steady.mean, steady.third
-            drifts |= {steady.drift: None} if steady.drift else {}
-        if len(failures) == self.values[..., 0].size:
-            raise failures[0]
-        self.notes.extend(str(error) for error in failures)
-        drifting = (f"nothing balances the mean force on {name}: it drifts" for name in drifts)
-        self.notes.extend(drifting)
+    For `forces` (k, m) [SI] of each direction and `omega` (k,) [rad/s], of waves of an `amplitude`
+    [m]; 0: small waves. RunError if no steady motion is found in any wave.
+    """
+    rest = LinearEquations.of(local)
+    decay = GUESS if amplitude else 0.0
+    linear = [rest.harmonics(omega, per_wave, decay=decay) for per_wave in forces]
+    states, values = (np.array(part) for part in zip(*linear, strict=True))
+    means = np.tile(rest.outputs, (*values.shape[:2], 1))
+    third = np.zeros(values.shape)
+    places = list(np.ndindex(values.shape[:2])) if amplitude else []
+    drifts: dict[str, None] = {}
+    failures: list[RunError] = []
+    for number, place_of in enumerate(places):
+        progress(f"steady motion in wave {number + 1} of {len(places)}")
+        d, k = place_of
+        guess = states[place_of]
+        try:
+            steady = steady_motion(local, float(omega[k]), forces[d][k], guess, amplitude)
+        except RunError as error:
+            failures.append(error)
+            for part in (states, values, means):
+                part[place_of] = np.nan
+            continue
+        states[place_of], values[place_of] = steady.states, steady.response
+        means[place_of], third[place_of] = steady.mean, steady.third
+        drifts |= {steady.drift: None} if steady.drift else {}
+    if failures and len(failures) == len(places):
+        raise failures[0]
+    notes = [str(error) for error in failures]
+    notes += [f"nothing balances the mean force on {name}: it drifts" for name in drifts]
+    return values, states, means, third, notes
 
 
 def _check_powers(program: Program, names: Sequence[str]) -> None:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.report.drawing.style import BODY_COLOURS, COLOURS, GREY, GRID, save
-from m4e_fmi.report.panels import scale_of
 from m4e_fmi.study.given.grid import Axis
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
 from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
-from m4e_fmi.study.shown.summary import UNSCALED
+from m4e_fmi.study.shown.summary import shown_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,14 +38,9 @@ def plot_study(outcome: StudyOutcome, picture: Path) -> Path:
     figure = Figure(figsize=(6.4 * columns, 0.6 + 4.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False)
     for one, panel in zip(wanted, panels.flat, strict=False):
-        data = outcome.data[one.name]
         name, found = _shown(outcome, one)
-        unit = data.attrs["units"]
-        largest = float(np.abs(found.mean[np.isfinite(found.mean)]).max(initial=0.0))
-        scale, prefix = scale_of(largest) if unit not in UNSCALED else (1.0, "")
-        shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
-        scaled = found.scaled(scale)
-        _draw(panel, scaled, f"{one.name}{shown}{name}", outcome)
+        scale, shown = shown_unit(found, outcome.data[one.name].attrs["units"])
+        _draw(panel, found.scaled(scale), f"{one.name}{shown}{name}", outcome)
         panel.tick_params(labelsize=8, colors=GREY)
     for panel in list(panels.flat)[len(wanted) :]:
         panel.set_visible(False)

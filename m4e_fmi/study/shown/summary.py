@@ -51,14 +51,18 @@ def _time(seconds: float) -> str:
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s"
 
 
+def shown_unit(found: Averaged, unit: str) -> tuple[float, str]:
+    """The factor of the means, in their `unit`, by which they are shown, and its text."""
+    largest = float(np.abs(found.mean[np.isfinite(found.mean)]).max(initial=0.0))
+    scale, prefix = scale_of(largest) if unit not in UNSCALED else (1.0, "")
+    return scale, "" if unit in ("", "1") else f" [{prefix}{unit}]"
+
+
 def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     """The tables of one quantity."""
     one, grid = outcome.data[wanted.name], outcome.study.grid
-    unit = one.attrs["units"]
     found = averaged(grid.axes, one.values, grid.is_run)
-    finite = np.abs(found.mean[np.isfinite(found.mean)])
-    scale, prefix = scale_of(float(finite.max(initial=0.0))) if unit not in UNSCALED else (1.0, "")
-    shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
+    scale, shown = shown_unit(found, one.attrs["units"])
     seeds = any(axis.repeats and len(axis) > 1 for axis in grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
     yield f"{wanted.name}{shown}: {wanted}{how}"
