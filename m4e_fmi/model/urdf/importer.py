@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from m4e_fmi.model.elements import (
     Parameter,
     Point,
     Quantity,
-    Vector,
     identifier,
 )
 from m4e_fmi.model.loads import JointEffort, JointFriction, Load
@@ -41,21 +41,8 @@ def model_of_urdf(path: str | Path) -> Model:
     """
     reader = Reader(as_path(path))
     robot = reader.robot()
-    _check_names(reader, robot)
-    if reader.problems:
-        raise InputError(reader.problems)
+    InputError.raise_for(reader.problems)
     return _Conversion(robot, reader).model()
-
-
-def _check_names(reader: Reader, robot: Robot) -> None:
-    """Names that would become the same here."""
-    for elements in (robot.links.values(), robot.joints):
-        first: dict[str, str] = {}
-        for element in elements:
-            other = first.setdefault(identifier(element.name), element.name)
-            if other != element.name:
-                message = f"{element.name!r} and {other!r} would get the same name"
-                reader.say(element.line, message, "rename one of the two")
 
 
 class _Conversion:
@@ -80,8 +67,7 @@ class _Conversion:
         bodies = {identifier(first): self._body(first) for first in moving}
         held = {identifier(joint.name): self._joint(joint) for joint in joints}
         points, loads = dict(self._points()), dict(self._loads())
-        if self.reader.problems:
-            raise InputError(self.reader.problems)
+        InputError.raise_for(self.reader.problems)
         try:
             model = Model(
                 name=identifier(self.robot.name),
@@ -161,11 +147,7 @@ class _Conversion:
         to = _vector(pose.place - self._center(parent))
         out, holder = _vector(center - pose.place), self._named(parent)
         kind = "revolute" if joint.type == "continuous" else joint.type
-        axes = _axes(joint, pose)
-        return Joint(
-            kind, child, holder, to, out, axes.get("direction"), axis=axes.get("axis"),
-            description=text,
-        )  # fmt: skip
+        return Joint(kind, child, holder, to, out, **_axes(joint, pose), description=text)
 
     def _loads(self) -> Iterator[tuple[str, Load]]:
         """Damping and friction of joints, with parameters of their own."""
@@ -221,7 +203,7 @@ class _Conversion:
             yield Problem(f"{tags} is no part of URDF and is left out", "", str(self.reader.path))
 
 
-def _axes(joint: UrdfJoint, pose: Pose) -> dict[str, Vector]:
+def _axes(joint: UrdfJoint, pose: Pose) -> dict[str, Any]:
     """Axis and direction of a joint, in world axes at the pose of zeros."""
     axis = pose.axes @ (joint.axis / np.linalg.norm(joint.axis))
     match joint.type:
