@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -165,6 +164,7 @@ def angle_of(pose: Pose) -> float:
     return math.atan2(pose.turn[0, 2], pose.turn[0, 0])
 
 
-def _projected(vector: Sequence[Any] | Array) -> tuple[float, float]:
+def _projected(vector: object) -> tuple[float, float]:
     """(x, z) of a vector."""
-    return float(vector[0]), float(vector[-1])
+    x, *_, z = np.array(vector, float).tolist()
+    return x, z

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from m4e_fmi.model.elements import (
     Parameter,
     Point,
     Quantity,
+    Vector,
     identifier,
 )
 from m4e_fmi.model.loads import JointEffort, JointFriction, Load
@@ -147,7 +147,11 @@ class _Conversion:
         to = _vector(pose.place - self._center(parent))
         out, holder = _vector(center - pose.place), self._named(parent)
         kind = "revolute" if joint.type == "continuous" else joint.type
-        return Joint(kind, child, holder, to, out, **_axes(joint, pose), description=text)
+        axes = _axes(joint, pose)
+        return Joint(
+            kind, child, holder, to, out, axes.get("direction"), axis=axes.get("axis"),
+            description=text,
+        )  # fmt: skip
 
     def _loads(self) -> Iterator[tuple[str, Load]]:
         """Damping and friction of joints, with parameters of their own."""
@@ -203,7 +207,7 @@ class _Conversion:
             yield Problem(f"{tags} is no part of URDF and is left out", "", str(self.reader.path))
 
 
-def _axes(joint: UrdfJoint, pose: Pose) -> dict[str, Any]:
+def _axes(joint: UrdfJoint, pose: Pose) -> dict[str, Vector]:
     """Axis and direction of a joint, in world axes at the pose of zeros."""
     axis = pose.axes @ (joint.axis / np.linalg.norm(joint.axis))
     match joint.type:
