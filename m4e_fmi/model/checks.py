@@ -15,7 +15,6 @@ from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
     NEUTRAL,
-    Parameter,
     Quantity,
     neutral_mass,
     neutral_symbol,
@@ -36,7 +35,7 @@ from m4e_fmi.model.joint_checks import AXES_OF_JOINTS, PARALLEL, axis_findings, 
 from m4e_fmi.model.load_checks import LoadChecks
 from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.model.shapes import axis_without_direction, shape_findings, shape_place
-from m4e_fmi.model.table import Table, TableError
+from m4e_fmi.model.table import TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
 from m4e_fmi.units import near_unit, parse_unit
 
@@ -125,7 +124,11 @@ def element_findings(model: Elements, names: Names) -> Iterator[ModelFinding]:
     else:
         yield from numbers(("gravity",), model.gravity, known, ())
     for name, parameter in model.parameters.items():
-        yield from _parameter_findings(("parameters", name), parameter)
+        at = ("parameters", name)
+        if not isinstance(parameter.value, Real) or not math.isfinite(parameter.value):
+            message = f"expected a finite number, got {parameter.value!r}"
+            yield ModelFinding((*at, "value"), message)
+        yield from _unit_findings((*at, "unit"), parameter.unit)
     for name, body in model.bodies.items():
         leaving_out = ("mass",) if body.is_neutral else ()
         yield from quantities(("bodies", name), body, known, leaving_out=leaving_out)
@@ -137,15 +140,12 @@ def element_findings(model: Elements, names: Names) -> Iterator[ModelFinding]:
         yield from reference(at, point.body, names.bodies | {GROUND}, "bodies")
         yield from quantities(("points", name), point, known)
     for name, table in model.tables.items():
-        yield from _table_findings(("tables", name), table)
+        yield from _unit_findings(("tables", name, "unit"), table.unit)
+        try:
+            table.check()
+        except TableError as error:
+            yield ModelFinding(("tables", name), str(error), error.remedy)
     yield from LoadChecks(model, names).findings()
-
-
-def _parameter_findings(at: Location, parameter: Parameter) -> Iterator[ModelFinding]:
-    if not isinstance(parameter.value, Real) or not math.isfinite(parameter.value):
-        message = f"expected a finite number, got {parameter.value!r}"
-        yield ModelFinding((*at, "value"), message)
-    yield from _unit_findings((*at, "unit"), parameter.unit)
 
 
 def _unit_findings(at: Location, unit: str) -> Iterator[ModelFinding]:
@@ -154,14 +154,6 @@ def _unit_findings(at: Location, unit: str) -> Iterator[ModelFinding]:
     except ValueError as error:
         near = near_unit(unit)
         yield ModelFinding(at, str(error), f"did you mean {near!r}?" if near else UNITS)
-
-
-def _table_findings(at: Location, table: Table) -> Iterator[ModelFinding]:
-    yield from _unit_findings((*at, "unit"), table.unit)
-    try:
-        table.check()
-    except TableError as error:
-        yield ModelFinding(at, str(error), error.remedy)
 
 
 def _name_findings(model: Elements) -> Iterator[ModelFinding]:
@@ -174,7 +166,10 @@ def _name_findings(model: Elements) -> Iterator[ModelFinding]:
         yield ModelFinding(
             ("bodies", GROUND), "'ground' is the name of the world", "rename this body"
         )
-    reserved = {TIME, PROGRAM_TIME, *CONSTANTS, *FUNCTIONS, *_neutral_names(model)}
+    reserved = {TIME, PROGRAM_TIME, *CONSTANTS, *FUNCTIONS}
+    neutral = [name for name, body in model.bodies.items() if body.is_neutral]
+    if neutral:
+        reserved |= {NEUTRAL, *map(neutral_symbol, neutral)}
     for group, noun in (("parameters", "parameter"), ("tables", "table")):
         for name in getattr(model, group):
             if name in reserved or EQUATION_SYMBOL.fullmatch(name):
@@ -184,13 +179,6 @@ def _name_findings(model: Elements) -> Iterator[ModelFinding]:
         if name in model.parameters:
             message = f"{name!r} is also a parameter"
             yield ModelFinding(("tables", name), message, "rename one of the two")
-
-
-def _neutral_names(model: Elements) -> Iterator[str]:
-    """Names that have a meaning where bodies have ``mass: neutral``."""
-    for name, body in model.bodies.items():
-        if body.is_neutral:
-            yield from (NEUTRAL, neutral_symbol(name))
 
 
 def _tree_findings(model: Elements) -> Iterator[ModelFinding]:

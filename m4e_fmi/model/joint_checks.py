@@ -53,7 +53,11 @@ def joint_findings(
     if joint.parent == joint.child and joint.child in names.bodies:
         message = f"the joint joins body {joint.child!r} to itself"
         yield ModelFinding((*at, "parent"), message, "name another body, or ground")
-    yield from _joint_type_findings(at, joint, types)
+    if types[joint.type].is_free:
+        yield from _of_free(at, joint, types)
+    yield from _axes(at, joint, types)
+    yield from _reaction_axes(at, joint, types[joint.type])
+    yield from _coordinate(at, joint, types)
     for field in types[joint.type].vectors:
         if getattr(joint, field) is not None:
             yield from vectors((*at, field), getattr(joint, field), known)
@@ -64,17 +68,6 @@ def joint_findings(
             remedy = suggestion(key, keys) or "leave it out"
             yield ModelFinding((*at, "initial", key), message, remedy)
         yield from expressions((*at, "initial", key), value, known)
-
-
-def _joint_type_findings(
-    at: Location, joint: Joint, types: Mapping[str, JointType]
-) -> Iterator[ModelFinding]:
-    """Keys that a joint of this type does not have, or needs."""
-    if types[joint.type].is_free:
-        yield from _of_free(at, joint, types)
-    yield from _axes(at, joint, types)
-    yield from _reaction_axes(at, joint, types[joint.type])
-    yield from _coordinate(at, joint, types)
 
 
 def _of_free(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[ModelFinding]:

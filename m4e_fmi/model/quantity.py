@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import MISSING, field, fields
+from dataclasses import MISSING, field
 from functools import cache, reduce
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypeGuard
@@ -35,17 +35,18 @@ def given(
     return field(default=default, metadata=about | {"is_optional": default is None})
 
 
-Quantities = Mapping[str, Mapping[str, Any]]
+About = dict[str, Mapping[str, Any]]
 
 
-def quantities_of(element: object) -> Quantities:
+def quantities_of(element: object) -> About:
     """The fields of an element that are `given` as numbers, and what is said of each."""
     return _quantities_of(type(element))
 
 
 @cache
-def _quantities_of(kind: type) -> Quantities:
-    return {one.name: one.metadata for one in fields(kind) if one.metadata}
+def _quantities_of(kind: type) -> About:
+    every = vars(kind)["__dataclass_fields__"].values()
+    return {one.name: one.metadata for one in every if one.metadata}
 
 
 _SYMPY_NAMES = {"Abs": "abs", "Min": "min", "Max": "max"}

@@ -139,10 +139,20 @@ def _in_moving_water(
 
 
 def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
-    inputs = [v for fairlead in mooring.fairleads for v in _motion(fairlead)]
+    inputs = [v for fairlead in mooring.fairleads for v in _of_fairlead(fairlead)]
     names = tuple(v.name for v in inputs)
-    outputs = [v for fairlead in mooring.fairleads for v in _force(fairlead, names)]
-    tensions = [v for line in mooring.lines for v in _tensions(line, names)]
+    text = "force of the lines on the body at {} along {}, world frame"
+    outputs = [
+        _output(f"{fairlead.name}.force_{axis}", text.format(fairlead.name, axis), names)
+        for fairlead in mooring.fairleads
+        for axis in _axes(fairlead)
+    ]
+    text = "tension of {} at its {} (the end given with '{}')"
+    tensions = [
+        _output(f"{line}.{end}_tension", text.format(line, end, where), names)
+        for line in mooring.lines
+        for end, where in (("fairlead", "to"), ("anchor", "from"))
+    ]
     parting = dict.fromkeys(mooring.lines[line] for line, _, _ in _parting(mooring))
     nodes = [v for line in mooring.lines for v in _places(mooring, line, names)]
     return (*inputs, *outputs, *tensions, *map(_parted, parting), *nodes)
@@ -227,12 +237,8 @@ def _parted(line: str) -> FmuVariable:
     )
 
 
-def _axes(fairlead: Fairlead) -> str:
-    """The axes along which a fairlead moves."""
-    return "xyz" if fairlead.moves_in_space else "xz"
-
-
-def _motion(fairlead: Fairlead) -> Iterator[FmuVariable]:
+def _of_fairlead(fairlead: Fairlead) -> Iterator[FmuVariable]:
+    """Inputs of the motion of a fairlead, along the axes on which it moves."""
     for axis, start in zip(_axes(fairlead), fairlead.place, strict=True):
         where = f"{fairlead.name}.{axis}"
         yield FmuVariable(
@@ -248,16 +254,8 @@ def _motion(fairlead: Fairlead) -> Iterator[FmuVariable]:
         )
 
 
-def _force(fairlead: Fairlead, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
-    for axis in _axes(fairlead):
-        text = f"force of the lines on the body at {fairlead.name} along {axis}, world frame"
-        yield _output(f"{fairlead.name}.force_{axis}", text, inputs)
-
-
-def _tensions(line: str, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
-    for end, where in (("fairlead", "to"), ("anchor", "from")):
-        text = f"tension of {line} at its {end} (the end given with '{where}')"
-        yield _output(f"{line}.{end}_tension", text, inputs)
+def _axes(fairlead: Fairlead) -> str:
+    return "xyz" if fairlead.moves_in_space else "xz"
 
 
 def _output(name: str, text: str, inputs: tuple[str, ...]) -> FmuVariable:

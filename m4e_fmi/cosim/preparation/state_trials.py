@@ -50,7 +50,7 @@ GROSS, TOLERANCE = 0.2, 1e-3
 """The same where one of the trajectories has gone on, and the other begins anew."""
 OWN_KINDS = "m4e_fmus.", "m4e_adapters."
 """Packages of the kinds that come with this one."""
-USERS_CODE = "m4e_fmus.python_file."
+USERS_CODE = "m4e_fmus.python_file"
 """That of the kind whose FMUs have code of users, unless they are native."""
 
 _ROLLBACK = "rollback (canGetAndSetFMUstate), but {}: run without rollback"

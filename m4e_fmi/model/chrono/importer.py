@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 from m4e_fmi.errors import InputError, Problem, is_file, suggestion
 from m4e_fmi.files.document import Document, Location, SectionType
 from m4e_fmi.files.files_read import depends_on
+from m4e_fmi.model.checks import group_findings
 from m4e_fmi.model.chrono.loads import Loads
 from m4e_fmi.model.chrono.mechanism import SMALL, Mechanism
 from m4e_fmi.model.chrono.names import GROUPS, Places, entries
@@ -20,7 +22,7 @@ from m4e_fmi.model.chrono.sections import (
     ModelFileSection,
 )
 from m4e_fmi.model.elements import GROUND, Quantity, Vector, identifier
-from m4e_fmi.model.findings import ModelFinding
+from m4e_fmi.model.findings import ModelFinding, Names
 from m4e_fmi.model.model import Model
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
@@ -126,22 +128,15 @@ def _model(file: ModelFileSection, gravity: Vector3, places: Places) -> Model:
     """The Model: of the plane if nothing leaves it and the file does not ask for space."""
     if file.dimensions is None:
         try:
-            towards = _downwards(gravity)
+            if max(map(abs, gravity[:2])) > SMALL:
+                raise LeavesPlaneError
             mechanism = PlanarMechanism(file.model, places)
-            return _converted(mechanism, PlanarLoads(mechanism), towards)
+            return _converted(mechanism, PlanarLoads(mechanism), -gravity[2])
         except LeavesPlaneError:
             places.problems.clear()
     spatial = Mechanism(file.model, places)
     along_z = max(map(abs, gravity[:2])) == 0
     return _converted(spatial, Loads(spatial), -gravity[2] if along_z else gravity)
-
-
-def _downwards(gravity: Vector3) -> float:
-    """Gravity towards −Z; LeavesPlaneError if it has another direction."""
-    x, y, z = gravity
-    if max(abs(x), abs(y)) > SMALL:
-        raise LeavesPlaneError
-    return -z
 
 
 def _converted(mechanism: Mechanism, loads: Loads, gravity: Quantity | Vector) -> Model:
@@ -162,6 +157,7 @@ def _converted(mechanism: Mechanism, loads: Loads, gravity: Quantity | Vector) -
         tables=loads.tables,
         gravity=gravity,
         dimensions=mechanism.dimensions,
+        parameters={},
     )
 
 
@@ -170,15 +166,9 @@ def _checked(places: Places, **fields: Any) -> Model:
 
     def placed(finding: ModelFinding) -> Problem:
         message = f"{'.'.join(map(str, finding.location))}: {finding.message}"
-        return places.document.problem(
-            places.of(*map(str, finding.location[:2])), message, finding.remedy
-        )
+        group, name, *_ = (*map(str, finding.location), "", "")
+        return places.document.problem(places.of(group, name), message, finding.remedy)
 
-    try:
-        return Model(**fields).place_warnings(placed)
-    except InputError as error:
-        for problem in error.problems:
-            group, _, rest = problem.message.partition(".")
-            name = rest.partition(":")[0].partition(".")[0]
-            places.at(places.of(group, name), problem.message, problem.remedy)
-    raise InputError(places.problems)
+    found = group_findings(SimpleNamespace(**fields), Names.of(fields))
+    InputError.raise_for(map(placed, found))
+    return Model(**fields).place_warnings(placed)

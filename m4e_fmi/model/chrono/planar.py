@@ -164,7 +164,7 @@ def angle_of(pose: Pose) -> float:
     return math.atan2(pose.turn[0, 2], pose.turn[0, 0])
 
 
-def _projected(vector: Sequence[object] | Array) -> tuple[float, float]:
-    """(x, z) of a vector of numbers."""
-    x, z = np.array([vector[0], vector[-1]], dtype=float).tolist()
+def _projected(vector: object) -> tuple[float, float]:
+    """(x, z) of a vector."""
+    x, *_, z = np.array(vector, float).tolist()
     return x, z

@@ -17,7 +17,6 @@ Vector3 = tuple[Number, Number, Number]
 Ignored = object
 JointWord = Literal["REVOLUTE", "PRISMATIC", "SPHERICAL", "UNIVERSAL", "LOCK"]
 JOINTS = get_args(JointWord)
-WITHOUT_COUNTERPART = ("POINT_LINE", "POINT_PLANE")
 
 
 def _upper(value: object) -> object:
@@ -37,11 +36,15 @@ def _orientation(value: object) -> object:
 Orientation = Annotated[list[Number], BeforeValidator(_orientation)]
 
 
-def _joint_type(value: object) -> object:
-    if _upper(value) in WITHOUT_COUNTERPART:
-        message = f"a joint of type {value} cannot be represented"
-        raise rejected(message, f"use {', '.join(JOINTS[:-1])} or {JOINTS[-1]}")
-    return _upper(value)
+def _without(message: str, remedy: str, *words: str) -> BeforeValidator:
+    """A word in capitals, but for those `words` that have no counterpart here."""
+
+    def checked(value: object) -> object:
+        if _upper(value) in words:
+            raise rejected(message.format(value), remedy)
+        return _upper(value)
+
+    return BeforeValidator(checked)
 
 
 _CURVE = (
@@ -126,7 +129,14 @@ class JointSection(Section):
     """
 
     name: str
-    type: Annotated[JointWord, BeforeValidator(_joint_type)]
+    type: Annotated[
+        JointWord,
+        _without(
+            "a joint of type {} cannot be represented",
+            f"use {', '.join(JOINTS[:-1])} or {JOINTS[-1]}",
+            *("POINT_LINE", "POINT_PLANE"),
+        ),
+    ]
     body1: str
     body2: str
     location: Vector3
@@ -195,22 +205,6 @@ class FunctionSection(Section):
     repeat: Ignored = None
 
 
-def _force_level(value: object) -> object:
-    if _upper(value) in ("POSITION", "SPEED"):
-        message = (
-            f"a motor that prescribes the {str(value).lower()} takes the freedom of its joint away"
-        )
-        raise rejected(message, "use actuation_type: FORCE, or a stiff spring and damper")
-    return _upper(value)
-
-
-def _guide(value: object) -> object:
-    if _upper(value) == "SPHERICAL":
-        message = "a guide that lets its body turn cannot be represented"
-        raise rejected(message, "use guide: PRISMATIC, or FREE with body2 fixed")
-    return _upper(value)
-
-
 class MotorSection(Section):
     """A motor between two bodies, which exerts a force or torque over time."""
 
@@ -220,9 +214,23 @@ class MotorSection(Section):
     body2: str
     location: Vector3
     axis: Vector3
-    actuation_type: Annotated[Literal["FORCE"], BeforeValidator(_force_level)]
+    actuation_type: Annotated[
+        Literal["FORCE"],
+        _without(
+            "a motor that prescribes the {} takes the freedom of its joint away",
+            "use actuation_type: FORCE, or a stiff spring and damper",
+            *("POSITION", "SPEED"),
+        ),
+    ]
     actuation_function: FunctionSection
-    guide: Annotated[Literal["FREE", "PRISMATIC"], BeforeValidator(_guide)] = "PRISMATIC"
+    guide: Annotated[
+        Literal["FREE", "PRISMATIC"],
+        _without(
+            "a guide that lets its body turn cannot be represented",
+            "use guide: PRISMATIC, or FREE with body2 fixed",
+            "SPHERICAL",
+        ),
+    ] = "PRISMATIC"
     spindle: Annotated[Literal["FREE", "REVOLUTE", "CYLINDRICAL"], UPPER] = "REVOLUTE"
     visualization: Ignored = None
 

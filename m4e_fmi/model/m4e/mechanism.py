@@ -194,7 +194,11 @@ class Mechanism(Lists):
         joints = {}
         for child, row in sorted(self.children.items()):
             parent = self.rows[row][0]
-            if (letter := self._type(row)) is None:
+            letter, types = self._type(row), self.lists.get("types")
+            if letter is None:
+                if isinstance(types, list) and row < len(types):
+                    message = f"unknown type {types[row]!r}"
+                    self.say(("types", row), message, "known: 'R', 'P', 'F'")
                 continue
             at = ("joints", f"joint_{child}")
             self.places |= {
@@ -216,13 +220,6 @@ class Mechanism(Lists):
                     TYPES[letter].name, f"body_{child}", holder, **vectors, initial=values
                 )
         return joints
-
-    def _type(self, row: int) -> str | None:
-        """The letter of a joint's type; None, with a finding, for any other."""
-        letter, types = self._type_quietly(row), self.lists.get("types")
-        if letter is None and isinstance(types, list) and row < len(types):
-            self.say(("types", row), f"unknown type {types[row]!r}", "known: 'R', 'P', 'F'")
-        return letter
 
     def _vectors(self, row: int, parent: int, letter: str) -> dict[str, Data] | None:
         """Geometry of a revolute or prismatic joint."""
@@ -299,7 +296,7 @@ class Mechanism(Lists):
         """Start values of every joint, by the number of its child."""
         slots = []  # (child, letter of the coordinate, key of q, key of u)
         for child, row in sorted(self.children.items()):
-            coordinates = TYPES[self._type_quietly(row) or "R"].coordinates
+            coordinates = TYPES[self._type(row) or "R"].coordinates
             slots += [(child, c.letter, c.position, c.velocity) for c in coordinates]
         ic = self.lists.get("ic")
         values = [first_of(entry) for entry in ic] if isinstance(ic, list) else []
@@ -318,7 +315,8 @@ class Mechanism(Lists):
                     initial.setdefault(child, {})[key] = values[index]
         return initial
 
-    def _type_quietly(self, row: int) -> str | None:
+    def _type(self, row: int) -> str | None:
+        """The letter of a joint's type; None for any other."""
         types = self.lists.get("types")
         letter = types[row] if isinstance(types, list) and row < len(types) else None
         return letter if isinstance(letter, str) and letter in TYPES else None

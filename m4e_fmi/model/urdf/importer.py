@@ -41,21 +41,8 @@ def model_of_urdf(path: str | Path) -> Model:
     """
     reader = Reader(as_path(path))
     robot = reader.robot()
-    _check_names(reader, robot)
-    if reader.problems:
-        raise InputError(reader.problems)
+    InputError.raise_for(reader.problems)
     return _Conversion(robot, reader).model()
-
-
-def _check_names(reader: Reader, robot: Robot) -> None:
-    """Names that would become the same here."""
-    for elements in (robot.links.values(), robot.joints):
-        first: dict[str, str] = {}
-        for element in elements:
-            other = first.setdefault(identifier(element.name), element.name)
-            if other != element.name:
-                message = f"{element.name!r} and {other!r} would get the same name"
-                reader.say(element.line, message, "rename one of the two")
 
 
 class _Conversion:
@@ -80,8 +67,7 @@ class _Conversion:
         bodies = {identifier(first): self._body(first) for first in moving}
         held = {identifier(joint.name): self._joint(joint) for joint in joints}
         points, loads = dict(self._points()), dict(self._loads())
-        if self.reader.problems:
-            raise InputError(self.reader.problems)
+        InputError.raise_for(self.reader.problems)
         try:
             model = Model(
                 name=identifier(self.robot.name),

@@ -15,6 +15,7 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_XML
 from m4e_fmi.files.xml_text import Element, xml_root
+from m4e_fmi.model.elements import identifier
 
 Array = NDArray[np.float64]
 JOINTS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -89,12 +90,23 @@ class Reader:
 
     def robot(self) -> Robot:
         """The robot; InputError if the file cannot be read or is none."""
-        root = xml_root(self._content(), str(self.path))
+        try:
+            content = read_bytes(self.path, largest=LARGEST_XML)
+        except FileNotFoundError:
+            raise InputError.single("no such file", "", str(self.path)) from None
+        except (OSError, TooLongError) as error:
+            raise InputError.single(f"cannot be read: {error}", "", str(self.path)) from None
+        root = xml_root(content, str(self.path))
         if root.tag != "robot":
             remedy = "URDF begins with <robot name='…'>"
             self.say(root.sourceline, f"the XML begins with <{root.tag}>, not with <robot>", remedy)
             raise InputError(self.problems)
-        self._refuse_xacro(root)
+        for element in root.iter():
+            values = () if element.tag in _IN_ROBOT[2:] else element.attrib.values()
+            if "xacro" in str(element.tag) or any("${" in text for text in values):
+                message = "is a xacro file: its macros are not expanded"
+                self.say(element.sourceline, message, "run `xacro FILE > robot.urdf` first")
+                raise InputError(self.problems)
         links = [self._link(element) for element in root.findall("link")]
         joints = [self._joint(element) for element in root.findall("joint")]
         others = sorted({str(e.tag) for e in root} - {*_IN_ROBOT})
@@ -102,24 +114,6 @@ class Reader:
         robot = Robot(root.get("name", self.path.stem), named, joints, others)
         self._check(robot, links)
         return robot
-
-    def _content(self) -> bytes:
-        try:
-            return read_bytes(self.path, largest=LARGEST_XML)
-        except TooLongError as error:
-            raise InputError.single(str(error), "", str(self.path)) from None
-        except FileNotFoundError:
-            raise InputError.single("no such file", "", str(self.path)) from None
-        except OSError as error:
-            raise InputError.single(f"cannot be read: {error}", "", str(self.path)) from None
-
-    def _refuse_xacro(self, root: Element) -> None:
-        for element in root.iter():
-            values = () if element.tag in _IN_ROBOT[2:] else element.attrib.values()
-            if "xacro" in str(element.tag) or any("${" in text for text in values):
-                message = "is a xacro file: its macros are not expanded"
-                self.say(element.sourceline, message, "run `xacro FILE > robot.urdf` first")
-                raise InputError(self.problems)
 
     def _name(self, element: Element, key: str = "name") -> str:
         name = element.get(key, "").strip()
@@ -132,11 +126,9 @@ class Reader:
     ) -> list[float]:
         """The numbers of an attribute; `default` if there is none, an error if that is None."""
         count = 1 if default is None else len(default)
-        if element is None:
-            return list(default or [math.nan])
-        text = element.get(key)
-        if text is None:
-            if default is None:
+        text = None if element is None else element.get(key)
+        if element is None or text is None:
+            if element is not None and default is None:
                 message = f"<{element.tag}> has no {key}"
                 self.say(element.sourceline, message, f"add {key}='…'")
             return list(default or [math.nan])
@@ -204,14 +196,17 @@ class Reader:
         return UrdfJoint(name, line, kind, parent, child, pose, axis, limited=limited, **lost)
 
     def _check(self, robot: Robot, links: Sequence[UrdfLink]) -> None:
-        """Names given twice, links that are not there, and a tree."""
+        """Names given twice, or the same here, links that are not there, and a tree."""
         for kind, elements in (("link", links), ("joint", robot.joints)):
-            seen: set[str] = set()
-            for element in elements:
-                if element.name and element.name in seen:
+            first: dict[str, str] = {}
+            for element in (one for one in elements if one.name):
+                other = first.get(identifier(element.name))
+                if other is not None:
                     message = f"two {kind}s are called {element.name!r}"
+                    if other != element.name:
+                        message = f"{element.name!r} and {other!r} would get the same name"
                     self.say(element.line, message, "rename one of the two")
-                seen.add(element.name)
+                first.setdefault(identifier(element.name), element.name)
         holders: dict[str, UrdfJoint] = {}
         for joint in robot.joints:
             for end in filter(None, (joint.parent, joint.child)):
@@ -233,10 +228,9 @@ class Reader:
         for extra in roots[1:]:
             message = f"link {extra.name!r} hangs on no joint; the root is {roots[0].name!r}"
             self.say(extra.line, message, "join it, or leave it out")
-        held = set(holders)
         for link in links:
             name, way = link.name, set[str]()
-            while name in held and name not in way:
+            while name in holders and name not in way:
                 way.add(name)
                 name = holders[name].parent
             if name in way and link.name == name:

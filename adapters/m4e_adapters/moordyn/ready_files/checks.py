@@ -247,6 +247,8 @@ def _check_by_moordyn(file: ReadFile) -> None:
         at = AT_LINE.search(said)
         message = f"MoorDyn refuses it: {' '.join(AT_LINE.sub('', said).split())}"
         remedy = "see the inputs of MoorDyn v2 in its documentation"
+        if "ModuleNotFoundError" in said:
+            remedy = "pip install moordyn"
         file.wrong(rows.get(int(at[1])) if at else None, message, remedy)
 
 
