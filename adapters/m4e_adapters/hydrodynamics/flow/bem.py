@@ -112,8 +112,8 @@ def without_flow(
 ) -> Coefficients:
     """Coefficients with the hydrostatics alone, computed at once; those of the flow are 0.
 
-    `omega` (nω,) [rad/s]; arguments as of `solve_hulls`. The excitation is that of `rings`, as of
-    `assembled`, if they are given.
+    `omega` (nω,) [rad/s]; arguments as of `solve_hulls`. The excitation is that of `rings`
+    (nβ, n) [N/m, N.m/m] at each frequency, as of `assembled`, if they are given.
     """
     moving = moving_hulls(hulls)
     n = sum(len(MOTIONS[len(hull.center)]) for hull in moving)
