@@ -114,7 +114,7 @@ def pressure(folder: Path) -> None:
     from ruamel.yaml import YAML
 
     from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
-    from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
+    from m4e_adapters.hydrodynamics.pressure.hull_load import HullOutputs
     from m4e_fmus import hull_pressure
 
     for depth in ("deep", "50"):

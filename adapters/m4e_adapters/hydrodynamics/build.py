@@ -262,7 +262,13 @@ def _table(
 ) -> np.ndarray:
     """As `frequency_table`, for `waves` that are known."""
     wanted, water = config.frequencies, config.water
-    limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, moving_hulls(hulls))))
+    lengths = [  # that waves must be short against for radiation to be negligible: of a submerged
+        # body, which radiates as e^(−2kd), with the depth d of its highest point
+        memory_size(hull.hydrostatics.volume, hull.hydrostatics.waterplane[0])
+        + max(0.0, -float(hull.panels.vertices[:, 2].max()))
+        for hull in moving_hulls(hulls)
+    ]
+    limit = math.sqrt(MEMORY_REACH * water.gravity / min(lengths))
     maximum = wanted.maximum or limit
     lowest = float(
         angular_frequency(SHALLOWEST / water.depth, depth=water.depth, gravity=water.gravity)
@@ -357,12 +363,3 @@ def _hull_text(hull: Hull, water: Water) -> str:
         f"{text}lowest point {draft:.4g} m below the water, {len(hull.panels.faces)} panels (their "
         "error: see 'refinement' in the page of hydrodynamics)"
     )
-
-
-def _reach(hull: Hull) -> float:
-    """Length [m] that waves must be short against for radiation to be negligible.
-
-    The size of a body; a submerged one radiates as e^(−2kd), d the depth of its highest point.
-    """
-    depth = max(0.0, -float(hull.panels.vertices[:, 2].max()))
-    return memory_size(hull.hydrostatics.volume, hull.hydrostatics.waterplane[0]) + depth

@@ -17,8 +17,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, Motion, point_i
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
-from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
-from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullData, PressureData
+from m4e_adapters.hydrodynamics.pressure.hull_load import HullData, HullLoad, PressureData
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.hydrodynamics.seas.system_seas import wave_data
@@ -26,7 +25,7 @@ from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.report.animation.shown import Shown
 from m4e_fmus.water import kind_in_water
 
-TRAVELS = ("hull_load.py", "hull_outputs.py")
+TRAVELS = ("hull_load.py",)
 MANY = 5000  # triangles of a hull, from which its cost is told
 
 

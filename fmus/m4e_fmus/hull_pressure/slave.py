@@ -4,7 +4,7 @@ import json
 
 from pythonfmu.enums import Fmi2Status
 
-from .hull_outputs import HullOutputs  # type: ignore  # side by side in the FMU
+from .hull_load import HullOutputs  # type: ignore  # side by side in the FMU
 from .slave_base import M4eSlave  # type: ignore
 
 

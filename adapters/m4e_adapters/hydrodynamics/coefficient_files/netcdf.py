@@ -98,10 +98,7 @@ class Tree:
             raise refused(text, "copy it again, or write it anew") from None
 
     def _variable(self, name: str) -> netCDF4.Variable[object] | None:
-        *groups, last = name.split("/")
-        place = self._file
-        for group in groups:
-            place = place.groups.get(group)
-            if place is None:
-                return None
-        return place.variables.get(last)
+        try:
+            return self._file[name]
+        except LookupError:
+            return None

@@ -129,15 +129,6 @@ class Frequencies(Section):
     maximum: Positive | None = None
     count: Annotated[int, Field(ge=12, le=400)] = 40
 
-    @model_validator(mode="after")
-    def _increasing(self) -> Frequencies:
-        if self.minimum and self.maximum and self.minimum >= self.maximum:
-            raise rejected(
-                f"minimum {self.minimum:g} is not below maximum {self.maximum:g} rad/s",
-                "exchange them",
-            )
-        return self
-
 
 class Radiation(Section):
     """The radiation memory of each group of coupled motions: a passive `state_space` (default) with

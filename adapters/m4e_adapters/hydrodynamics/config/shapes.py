@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -31,8 +31,13 @@ Top = Annotated[Coordinate, Field(le=0)]
 """Height z [m] of a flat top; 0: the body pierces the water."""
 
 
-def _below_its_top(name: str, draft: float, top_z: float, freeboard: float | None) -> None:
-    if top_z < 0 and freeboard is not None:
+Upright = TypeVar("Upright", "Cylinder", "Box")
+Round = TypeVar("Round", "HorizontalCylinder", "Sphere")
+
+
+def _below_its_top(shape: Upright) -> Upright:
+    name, top_z, draft = type(shape).__name__.lower(), shape.top_z, shape.draft
+    if top_z < 0 and shape.freeboard is not None:
         raise rejected(
             f"the {name} has a 'freeboard' and its top at z = {top_z:g} m, below the water",
             "remove one of them",
@@ -42,14 +47,18 @@ def _below_its_top(name: str, draft: float, top_z: float, freeboard: float | Non
             f"the {name} has its top at z = {top_z:g} m, its bottom at z = {-draft:g} m",
             "top_z is a height, below 0 for a submerged body; it must be above -draft",
         )
+    return shape
 
 
-def _in_water(name: str, center_z: float, radius: float) -> None:
+def _in_water(shape: Round) -> Round:
+    name, center_z, radius = type(shape).__name__, shape.center_z, shape.radius
     if center_z >= radius:
         raise rejected(
-            f"the {name} (center_z {center_z:g} m, radius {radius:g} m) does not touch the water",
+            f"the {name.removeprefix('Horizontal').lower()} (center_z {center_z:g} m, radius "
+            f"{radius:g} m) does not touch the water",
             "center_z is the height above the still-water level; it must be below the radius",
         )
+    return shape
 
 
 class Cylinder(Section):
@@ -67,10 +76,7 @@ class Cylinder(Section):
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
-    @model_validator(mode="after")
-    def _has_a_height(self) -> Cylinder:
-        _below_its_top("cylinder", self.draft, self.top_z, self.freeboard)
-        return self
+    _has_a_height = model_validator(mode="after")(_below_its_top)
 
 
 class HorizontalCylinder(Section):
@@ -85,10 +91,7 @@ class HorizontalCylinder(Section):
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
-    @model_validator(mode="after")
-    def _touches_the_water(self) -> HorizontalCylinder:
-        _in_water("cylinder", self.center_z, self.radius)
-        return self
+    _touches_the_water = model_validator(mode="after")(_in_water)
 
 
 class Sphere(Section):
@@ -101,10 +104,7 @@ class Sphere(Section):
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
-    @model_validator(mode="after")
-    def _touches_the_water(self) -> Sphere:
-        _in_water("sphere", self.center_z, self.radius)
-        return self
+    _touches_the_water = model_validator(mode="after")(_in_water)
 
 
 class Box(Section):
@@ -123,10 +123,7 @@ class Box(Section):
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
-    @model_validator(mode="after")
-    def _has_a_height(self) -> Box:
-        _below_its_top("box", self.draft, self.top_z, self.freeboard)
-        return self
+    _has_a_height = model_validator(mode="after")(_below_its_top)
 
 
 class Revolved(Section):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,9 +12,19 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.drift.files import read_drift
-from m4e_adapters.hydrodynamics.drift.matching import Tell, matched
-from m4e_adapters.hydrodynamics.drift.recording import Drifting, drift_forces
-from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift
+from m4e_adapters.hydrodynamics.drift.recording import (
+    FINEST,
+    WIDEST,
+    Directed,
+    Drifting,
+    FixedDrift,
+    Paired,
+    at_frequency,
+    drift_forces,
+    factorised,
+    harmonics,
+)
+from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift, Qtf
 from m4e_adapters.hydrodynamics.geometry.motions import X_Y_PAIRS, Motion
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.motions import Motions
@@ -22,6 +32,139 @@ from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Recorder
+
+SAME = 1e-3  # deg
+MOST_OUTSIDE = 0.1  # of the energy of the waves, beyond the frequencies of a table
+Tell = Callable[[str], object]
+
+
+def matched(
+    table: MeanDrift | Qtf,
+    systems: Sequence[WaveSystem],
+    *,
+    heading: float,
+    turns: bool,
+    tell: Tell,
+) -> Drifting:
+    """The drift for the waves of `systems`, for hulls with that `heading` [deg].
+
+    It `turns` if the heading follows the yaw. `tell` gets lines on what was done. InputError if the
+    table does not have the directions or the frequencies of the waves.
+    """
+    for note in table.notes:
+        tell(f"{table.name}: {note}")
+    _check_frequencies(table, systems, tell)
+    if isinstance(table, Qtf):
+        return _paired(table, systems, heading=heading, turns=turns, tell=tell)
+    around = harmonics(table)
+    if around is not None:
+        return Directed(table.omega, table.motions, around)
+    _check_turns(table, turns)
+    tell(
+        f"{table.name}: its directions are not all around in steps of {FINEST:g} to {WIDEST:g} "
+        "deg: those of the waves are fixed"
+    )
+    places = [[_row(table, beta) for beta in _directions(own, heading)] for own in systems]
+    return FixedDrift(
+        table.omega,
+        table.motions,
+        [[table.values[:, place] for place in own] for own in places],
+    )
+
+
+def _directions(system: WaveSystem, heading: float) -> list[float]:
+    """Of each wave, from the hulls' axis [deg]."""
+    return (system.direction - heading + np.degrees(system.offsets)).tolist()
+
+
+def _row(table: MeanDrift | Qtf, direction: float) -> int:
+    """Where a direction is in the table; InputError if it is not there."""
+    away = [abs(math.remainder(direction - known, 360.0)) for known in table.directions.tolist()]
+    place = int(np.argmin(away))
+    if away[place] > SAME:
+        known = ", ".join(f"{beta:g}" for beta in table.directions[:12])
+        more = len(table.directions) - 12
+        raise InputError.single(
+            f"{table.name} has no drift for waves at {direction % 360.0:.6g} deg from the hull's "
+            f"axis: it has {known}" + (f" and {more} more" if more > 0 else ""),
+            "compute it for that direction too; in a mean drift table directions all around, at "
+            f"most {WIDEST:g} deg apart and multiples of {FINEST:g} deg or more, are good for any "
+            "(a hull that is symmetric about y = 0 has sway and yaw of the other sign at minus "
+            "the direction)",
+        )
+    return place
+
+
+def _check_turns(table: MeanDrift | Qtf, turns: bool) -> None:
+    if turns:
+        raise InputError.single(
+            f"{table.name}: the heading follows the yaw, this drift is not for all directions",
+            "leave out heading_filter, or take mean drift for directions all around",
+        )
+
+
+def _paired(
+    table: Qtf, systems: Sequence[WaveSystem], *, heading: float, turns: bool, tell: Tell
+) -> Paired:
+    _check_turns(table, turns)
+    angles = {round(b % 360.0, 3) for own in systems for b in _directions(own, heading)}
+    if len(angles) > 1:
+        raise InputError.single(
+            f"{table.name} has QTFs of pairs in one direction, the waves travel in "
+            f"{len(angles)} directions",
+            "take a mean drift table (.8, .9 or CSV), or waves without spreading",
+        )
+    place = _row(table, angles.pop()) if angles else 0
+    factors = tuple(factorised(qtf) for qtf in table.values[place])
+    for motion, qtf, own in zip(table.motions, table.values[place], factors, strict=True):
+        error = _error(table.omega, qtf, own.matrix, systems)
+        tell(
+            f"{table.name}: the QTF of {motion.name} has {len(own.values)} factors of "
+            f"{len(qtf)}, which leave {error:.1g} of the force's standard deviation in these waves"
+        )
+    return Paired(table.omega, table.motions, factors)
+
+
+def _error(
+    knots: np.ndarray, qtf: np.ndarray, kept: np.ndarray, systems: Sequence[WaveSystem]
+) -> float:
+    """‖a(Q − Q')a‖ over ‖aQa‖ of all waves of amplitudes a: standard deviations of the forces."""
+    omega = np.concatenate([own.configured()[0] for own in systems] or [knots])
+    amplitudes = np.concatenate([own.configured()[1] for own in systems] or [np.ones(len(knots))])
+    hats = amplitudes[:, None] * np.array(
+        [at_frequency(w, knots, np.eye(len(knots))) for w in omega.tolist()]
+    )
+    whole = np.linalg.norm(hats @ qtf @ hats.T)
+    return float(np.linalg.norm(hats @ (qtf - kept) @ hats.T) / whole) if whole else 0.0
+
+
+def _check_frequencies(table: MeanDrift | Qtf, systems: Sequence[WaveSystem], tell: Tell) -> None:
+    """Tell how much of the waves is beyond the table; InputError if that is much."""
+    low, high = float(table.omega[0]), float(table.omega[-1])
+    parts = [own.configured() for own in systems]
+    omega = np.concatenate([part[0] for part in parts] or [np.zeros(0)])
+    energy = np.concatenate([part[1] ** 2 for part in parts] or [np.zeros(0)])
+    if not energy.sum():
+        return
+    below, above = (
+        float(energy[beyond].sum() / energy.sum()) for beyond in (omega < low, omega > high)
+    )
+    span = f"{table.name} has {low:.4g} to {high:.4g} rad/s"
+    regular = next((own for own in systems if own.regular and not low <= own.needed <= high), None)
+    if regular is not None:
+        text = f"{span}, the wave has {regular.needed:.4g} rad/s"
+        raise InputError.single(text, "compute its drift too")
+    if below + above > MOST_OUTSIDE:
+        raise InputError.single(
+            f"{span}: {below:.0%} of the waves' energy is below, {above:.0%} above",
+            f"compute more frequencies: {1 - MOST_OUTSIDE:.0%} of the energy must be within",
+        )
+    if below + above > 0.0:
+        tell(
+            f"{span}: {below:.2g} of the waves' energy is below, where drift falls as the fourth "
+            f"power of the frequency, {above:.2g} above, where it keeps its last value"
+        )
+
 
 FULL_REFLECTION = 0.5  # mean drift per width of a body that sends all waves back, over ρ g
 DOUBTFUL = 20.0  # width of a body over the cube root of its displaced volume

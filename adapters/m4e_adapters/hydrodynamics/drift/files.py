@@ -194,7 +194,9 @@ def read_drift(
     motions = MOTIONS[len(center)]
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        _check_plain(section)
+        for key in sorted({"body", "length_scale"} & section.model_fields_set):
+            text = f"'{key}' has no effect on a CSV file, which is of one body and in SI units"
+            raise InputError.single(text, "remove it", keys=("drift", key))
         table = _read_csv(path, [m.name for m in (SURGE, SWAY, YAW) if m in motions])
     elif suffix in (*MEAN_SUFFIXES, *QTF_SUFFIXES):
         read = read_mean if suffix in MEAN_SUFFIXES else read_qtf
@@ -212,13 +214,6 @@ def _refused(name: str, suffix: str) -> tuple[str, str]:
         text = f"{name}: forces of sums of frequencies are not computed"
         return text, f"name the file of differences, {suffix[:-1]}d"
     return f"{name}: the suffix {suffix!r} is not one of drift forces", FORMATS
-
-
-def _check_plain(section: Drift) -> None:
-    for key in ("body", "length_scale"):
-        if key in section.model_fields_set:
-            text = f"'{key}' has no effect on a CSV file, which is of one body and in SI units"
-            raise InputError.single(text, "remove it", keys=("drift", key))
 
 
 def _read_csv(path: Path, names: list[str]) -> MeanDrift:

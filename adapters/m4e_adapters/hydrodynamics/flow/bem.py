@@ -112,8 +112,8 @@ def without_flow(
 ) -> Coefficients:
     """Coefficients with the hydrostatics alone, computed at once; those of the flow are 0.
 
-    `omega` (nω,) [rad/s]; arguments as of `solve_hulls`. The excitation is that of `rings`,
-    (n_rings, n_motions) [N/m, N.m/m] each, as of `assembled`, if they are given.
+    `omega` (nω,) [rad/s]; arguments as of `solve_hulls`. The excitation is that of `rings`
+    (nβ, n) [N/m, N.m/m] at each frequency, as of `assembled`, if they are given.
     """
     moving = moving_hulls(hulls)
     n = sum(len(MOTIONS[len(hull.center)]) for hull in moving)
@@ -296,25 +296,20 @@ def excited_by(
         return coefficients
     if not parts:
         return coefficients.without_excitation()
-    undisturbed = _undisturbed(coefficients, hulls)
-    excitation, harmonics = undisturbed.excitation, undisturbed.harmonics
-    if parts == ("diffraction",):
-        excitation = coefficients.excitation - excitation
-        harmonics = coefficients.harmonics - harmonics
-    return replace(coefficients, excitation=excitation, harmonics=harmonics, excited_by=parts)
-
-
-def _undisturbed(coefficients: Coefficients, hulls: Sequence[Hull]) -> Coefficients:
-    """Coefficients of the same hulls whose excitation is Froude-Krylov's part."""
     c = coefficients
     water = Water(density=c.density, depth=c.depth, gravity=c.gravity)
-    return without_flow(
+    undisturbed = without_flow(
         hulls,
         water=water,
         omega=c.omega,
         wave_direction=c.wave_direction,
         rings=[*_rings(c, hulls, water)],
     )
+    excitation, harmonics = undisturbed.excitation, undisturbed.harmonics
+    if parts == ("diffraction",):
+        excitation = coefficients.excitation - excitation
+        harmonics = coefficients.harmonics - harmonics
+    return replace(coefficients, excitation=excitation, harmonics=harmonics, excited_by=parts)
 
 
 def _rings(c: Coefficients, hulls: Sequence[Hull], water: Water) -> Iterator[np.ndarray]:

@@ -71,22 +71,20 @@ def _built_in(shape: Part) -> Hull:
     if (one := shape.box) is not None:
         low, high = -one.draft, one.freeboard or one.top_z
         half = np.array([one.length, one.width, high - low]) / 2
-        return Hull(_at(one.center_x, one.center_y, (low + high) / 2) + CORNERS * half, SIDES)
+        return Hull(
+            np.array([one.center_x, one.center_y, (low + high) / 2]) + CORNERS * half, SIDES
+        )
     if (one := shape.horizontal_cylinder) is not None:
         rims = np.array([[one.radius, -one.length / 2], [one.radius, one.length / 2]])
         axis = (1.0, 0.0, 0.0) if one.axis == "x" else (0.0, 1.0, 0.0)
-        return turned_hull(rims, _at(one.center_x, one.center_y, one.center_z), axis)
+        return turned_hull(rims, np.array([one.center_x, one.center_y, one.center_z]), axis)
     if (one := shape.sphere) is not None:
         angles = np.linspace(0.0, np.pi, DOWN + 1)
         profile = one.radius * np.stack([np.sin(angles), -np.cos(angles)], axis=1)
-        return turned_hull(profile, _at(one.center_x, one.center_y, one.center_z))
+        return turned_hull(profile, np.array([one.center_x, one.center_y, one.center_z]))
     if (one := shape.revolved) is not None:
-        return turned_hull(np.array(one.profile), _at(one.center_x, one.center_y, 0.0))
+        return turned_hull(np.array(one.profile), np.array([one.center_x, one.center_y, 0.0]))
     one = shape.cylinder
     assert one is not None
     rims = np.array([[one.radius, -one.draft], [one.radius, one.freeboard or one.top_z]])
-    return turned_hull(rims, _at(one.center_x, one.center_y, 0.0))
-
-
-def _at(x: float, y: float, z: float) -> np.ndarray:
-    return np.array([x, y, z])
+    return turned_hull(rims, np.array([one.center_x, one.center_y, 0.0]))

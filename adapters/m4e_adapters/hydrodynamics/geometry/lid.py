@@ -95,15 +95,10 @@ def _between(first: np.ndarray, second: np.ndarray) -> Panels | None:
     fractions = np.linspace(0.0, 1.0, count + 1)[:, None, None]
     closed = [np.concatenate([line, line[:1]]) for line in (first, second)]
     lid = grid(closed[0] + fractions * (closed[1] - closed[0])).merged()
-    upwards = np.array([_covered(corners) for corners in lid.corners])
+    upwards = lid.normals[:, 2]
     if np.all(upwards > 0):
         return lid.reversed
     return lid if np.all(upwards < 0) else None
-
-
-def _covered(corners: np.ndarray) -> float:
-    """Area [m2] of a panel (4, 3), positive if its normal points up."""
-    return 0.5 * float(np.cross(corners[2] - corners[0], corners[3] - corners[1])[2])
 
 
 def _rings(line: np.ndarray) -> Panels | None:

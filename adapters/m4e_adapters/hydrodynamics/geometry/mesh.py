@@ -110,19 +110,17 @@ def make_hulls(
     problems += wrong
     for k, second in enumerate(hulls):
         keys = ("bodies", second.name, "shape", config.bodies[second.name].shape.kind)
-        others = (first for first in hulls[:k] if not _slide(first, second, config.bodies))
+        slides = config.bodies[second.name].slides_on
+        others = (
+            first
+            for first in hulls[:k]
+            if first.name != slides and second.name != config.bodies[first.name].slides_on
+        )
         near = (found for first in others if (found := _too_near(first, second, progress)))
         if (found := next(near, None)) is not None:
             problems.append(Problem(*found, keys=keys))
     InputError.raise_for(problems)
     return tuple(hulls)
-
-
-def _slide(first: Hull, second: Hull, bodies: Mapping[str, Body]) -> bool:
-    """True of bodies one of which slides on the other."""
-    return (
-        first.name == bodies[second.name].slides_on or second.name == bodies[first.name].slides_on
-    )
 
 
 def sliding_hulls(

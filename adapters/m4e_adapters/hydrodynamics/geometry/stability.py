@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
@@ -118,34 +118,27 @@ class Curve:
     flooded: float
 
 
-@dataclass(frozen=True)
 class WholeHull:
     """A hull with its part above the water, and a centre of gravity `center` (x, y, z) [m].
 
     It displaces `volume` [m3].
     """
 
-    panels: Panels
-    center: tuple[float, float, float]
-    volume: float
-    _triangles: np.ndarray = field(init=False, repr=False)
-    _deck: np.ndarray = field(init=False, repr=False)
-    _edges: np.ndarray = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        triangles = self.panels.triangles - np.array(self.center)
+    def __init__(self, panels: Panels, center: tuple[float, float, float], volume: float) -> None:
+        self.panels, self.center, self.volume = panels, center, volume
+        triangles = panels.triangles - np.array(center)
         normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         sizes = np.linalg.norm(normals, axis=1)
         level = normals[:, 2] > LEVEL * np.maximum(sizes, 1e-300)
-        dry = triangles[:, :, 2].min(axis=1) >= -self.center[2]
-        edges = [e for e, sides in self.panels.edges().items() if len(sides) == 1]
-        points = self.panels.vertices[np.unique(np.array(edges, dtype=int))]
+        dry = triangles[:, :, 2].min(axis=1) >= -center[2]
+        edges = [e for e, sides in panels.edges().items() if len(sides) == 1]
+        points = panels.vertices[np.unique(np.array(edges, dtype=int))]
         deck = level & dry & (sizes > 0.0)
         upward = normals[dry, 2]
         flat = normals[deck, 2].sum() > FLAT * upward[upward > 0.0].sum()  # a ball has no deck
-        object.__setattr__(self, "_triangles", triangles[sizes > 0.0])
-        object.__setattr__(self, "_deck", triangles[deck & flat].reshape(-1, 3))
-        object.__setattr__(self, "_edges", points - np.array(self.center))
+        self._triangles = triangles[sizes > 0.0]
+        self._deck = triangles[deck & flat].reshape(-1, 3)
+        self._edges = points - np.array(center)
         whole = hydrostatics_of_triangles(self._triangles).volume
         if not edges and whole <= self.volume:
             raise InputError.single(

@@ -28,11 +28,6 @@ class Range:
     maximum: float = math.inf
     reason: str = ""
 
-    @property
-    def is_open(self) -> bool:
-        """True if there is no limit."""
-        return math.isinf(self.minimum) and math.isinf(self.maximum)
-
 
 def motion_ranges(
     coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]
@@ -114,7 +109,7 @@ def record_displacement(
     for motion, value in zip(coefficients.body_motions, displacement, strict=True):
         limit = limits[motion.name]
         text = f"{motion.name} from the reference pose"
-        if not limit.is_open:
+        if limit.reason:
             text += f"; {limit.reason}"
         variable = Variable(
             f"{body}.{motion.name}", motion.unit, text, minimum=limit.minimum, maximum=limit.maximum

@@ -11,8 +11,7 @@ import pytest
 from support.hull_pressures import RHO, G, hull_load
 
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
-from m4e_adapters.hydrodynamics.pressure.hull_load import BLOCK, IncidentWaves
-from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
+from m4e_adapters.hydrodynamics.pressure.hull_load import BLOCK, HullOutputs, IncidentWaves
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, flow, wavenumber
 from m4e_fmi.files.document import Document
 from m4e_fmus import hull_pressure
