@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.analysis.comparison.measures import SCALES
 from m4e_fmi.analysis.decay.notes import decay_notes
-from m4e_fmi.shown import one_line
+from m4e_fmi.shown import columns, one_line
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.comparison import Comparison, Difference
@@ -37,11 +37,14 @@ def decay_text(decay: Decay, motion: Measured, *, mass: float, stiffness: float)
         f"{motion.path.name}, {motion.name} [{unit}]: free decay from {window.start:.6g} to "
         f"{window.end:.6g} s, {window.reason}",
         "",
-        f"  {'':<42} {'value':>13} {'standard error':>15}",
-    ]
-    for _, name, found, of in _rows(decay, unit, mass, stiffness):
-        lines.append(f"  {name:<42} {found.value:13.6g} {found.error:15.2g}  {of}")
-    lines += [
+        *columns(
+            "<>><",
+            ("", "value", "standard error", ""),
+            *(
+                (name, f"{found.value:.6g}", f"{found.error:.2g}", of)
+                for _, name, found, of in _rows(decay, unit, mass, stiffness)
+            ),
+        ),
         "",
         f"residual (root mean square): {100 * decay.residual_share:.3g} % of the release of "
         f"{decay.release:.4g} {unit}",
@@ -114,13 +117,15 @@ def _decrements(decay: Decay, unit: str) -> Iterator[str]:
     if len(peaks.between) == 0:
         return
     yield ""
-    yield f"  {f'amplitude [{unit}]':>16} {'damping ratio':>15} {'as fitted':>12}"
-    measured = peaks.ratios.tolist()
-    for amplitude, ratio in list(zip(peaks.between.tolist(), measured, strict=True))[
-        :MOST_DECREMENTS
-    ]:
-        fitted = decay.equivalent_ratio(amplitude).value
-        yield f"  {amplitude:16.5g} {ratio:15.5f} {fitted:12.5f}"
+    measured = list(zip(peaks.between.tolist(), peaks.ratios.tolist(), strict=True))
+    yield from columns(
+        ">>>",
+        (f"amplitude [{unit}]", "damping ratio", "as fitted"),
+        *(
+            (f"{amplitude:.5g}", f"{ratio:.5f}", f"{decay.equivalent_ratio(amplitude).value:.5f}")
+            for amplitude, ratio in measured[:MOST_DECREMENTS]
+        ),
+    )
     if (more := len(peaks.between) - MOST_DECREMENTS) > 0:
         yield f"  and {more} of smaller amplitudes"
 
