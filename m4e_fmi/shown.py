@@ -97,6 +97,16 @@ def _line(head: str, names: Sequence[str]) -> str:
     return line
 
 
+def columns(align: str, *rows: Sequence[str]) -> list[str]:
+    """Rows of cells as lines of padded columns; `align` has "<" or ">" for each column."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    places = list(zip(align, widths, strict=True))
+    return [
+        "  " + "  ".join(f"{c:{a}{w}}" for c, (a, w) in zip(row, places, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
 def span(time: Sequence[float] | np.ndarray) -> str:
     """Number and time span of rows of results at times (n,) [s]."""
     if not len(time):

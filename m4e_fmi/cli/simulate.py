@@ -27,7 +27,6 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim import System
     from m4e_fmi.model import Model
     from m4e_fmi.program import Program
     from m4e_fmi.report.animation.scene import Scene
@@ -124,7 +123,9 @@ def _source(options: argparse.Namespace) -> _Source:
 
     stop_time, interval = 10.0, 0.01
     if is_system(options.model):
+        from m4e_fmi.cosim import program_start_warnings, scene_without_build
         from m4e_fmi.cosim.results.run_record import system_inputs
+        from m4e_fmi.simulate import started
 
         system = load_system(options.model)
         times = system.simulation
@@ -133,8 +134,12 @@ def _source(options: argparse.Namespace) -> _Source:
             raise InputError([system.problem(("simulation", "start_time"), message, "set it to 0")])
         stop_time, interval = times.stop_time, times.output_interval or times.step_size
         program = load_program(system, options)
-        _warn_of_start(system, program, options)
-        scene = _system_scene(system, options)
+        given = start_values(options)
+        for line in program_start_warnings(system, started(program, given)):
+            warn(f"warning: {line}")
+        names = {component.name for component in system.components}
+        own = {name: value for name, value in given.items() if name.partition(".")[0] in names}
+        scene = scene_without_build(system.changed(start=own, origin="command line"))
         found = _Source(program, f"{system.name}_whole", scene, system_inputs(system))
         if system.scenario:
             warn("warning: the scenario takes no part: one program has no actions")
@@ -147,27 +152,6 @@ def _source(options: argparse.Namespace) -> _Source:
     if options.output_interval is None:
         options.output_interval = interval
     return found
-
-
-def _system_scene(system: System, options: argparse.Namespace) -> Scene | None:
-    from m4e_fmi.cosim import scene_without_build
-
-    names = {component.name for component in system.components}
-    given = {
-        name: value
-        for name, value in start_values(options).items()
-        if name.partition(".")[0] in names
-    }
-    return scene_without_build(system.changed(start=given, origin="command line"))
-
-
-def _warn_of_start(system: System, program: Program, options: argparse.Namespace) -> None:
-    """Tell what a run tells of floating bodies that are not balanced at the start."""
-    from m4e_fmi.cosim import program_start_warnings
-    from m4e_fmi.simulate import started
-
-    for line in program_start_warnings(system, started(program, start_values(options))):
-        warn(f"warning: {line}")
 
 
 def _simulate_to(

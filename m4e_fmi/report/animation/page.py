@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import html
-import json
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +13,10 @@ from m4e_fmi.report.animation.frames import PER_BODY, Frames, packed
 from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import plain_hull, plain_spot, short
 from m4e_fmi.report.drawing.views import RISE, SIDE, TURN, colour, extent
+from m4e_fmi.report.web.markup import filled, json_text, text_of
 
 Floats = NDArray[np.float64]
+HERE = "m4e_fmi.report.animation"
 LONGEST = 20.0
 """Seconds that an animation takes; a longer simulation is shown faster."""
 SIDE_RISE = 0.12
@@ -48,13 +47,13 @@ class Part:
 
 def part(data: dict[str, object]) -> Part:
     """The part for `data`."""
-    style, markup, player = map(_file, ("part.css", "part.html", "player.js"))
-    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    names = ("part.css", "part.html", "player.js")
+    style, markup, player = (text_of(HERE, name) for name in names)
     return Part(
         style=style.rstrip(),
         markup=markup.rstrip(),
         script=player.rstrip(),
-        data=text.replace("<", "\\u003c"),  # no text ends or begins a script
+        data=json_text(data),
     )
 
 
@@ -68,11 +67,7 @@ def page(title: str, texts: Sequence[str], shown: Part) -> str:
         "@script@": shown.script,
         '"@data@"': shown.data,
     }
-    return re.sub("|".join(marks), lambda mark: marks[mark[0]], _file("page.html"))
-
-
-def _file(name: str) -> str:
-    return files("m4e_fmi.report.animation").joinpath(name).read_text(encoding="utf-8")
+    return filled(text_of(HERE, "page.html"), marks)
 
 
 def times_of(times: Floats) -> dict[str, object]:

@@ -78,16 +78,17 @@ function fitting() {
 }
 focus(data.near);
 
-function rotated([w, x, y, z], [a, b, c]) {
-  const t = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
-  return [a + w * t[0] + y * t[2] - z * t[1], b + w * t[1] + z * t[0] - x * t[2], c + w * t[2] + x * t[1] - y * t[0]];
+// where points of a body are, by its quaternion
+function placesOf(body, at) {
+  const [ox, oy, oz, ...e] = at[body], length = Math.hypot(...e) || 1, [w, x, y, z] = e.map(part => part / length);
+  return ([a, b, c]) => {
+    const p = 2 * (y * c - z * b), q = 2 * (z * a - x * c), r = 2 * (x * b - y * a);
+    return [ox + a + w * p + y * r - z * q, oy + b + w * q + z * p - x * r, oz + c + w * r + x * q - y * p];
+  };
 }
 
 function place([body, ...point], at) {
-  if (body < 0) return point;
-  const e = at[body].slice(3), length = Math.hypot(...e) || 1;
-  const turned = rotated(e.map(part => part / length), point);
-  return turned.map((part, c) => part + at[body][c]);
+  return body < 0 ? point : placesOf(body, at)(point);
 }
 
 // x and y on the paper, and the distance into it
@@ -96,15 +97,6 @@ function flat(point, from = eye) {
   const [ct, st, cr, sr] = [Math.cos(from.turn), Math.sin(from.turn), Math.cos(from.rise), Math.sin(from.rise)];
   const out = ct * x + st * y;
   return [-st * x + ct * y, cr * z - sr * out, -(cr * out + sr * z)];
-}
-
-// where points of a body are, which may be many
-function placesOf(body, at) {
-  const [o, x, y, z] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map(point => place([body, ...point], at));
-  const [i, j, k] = [x, y, z].map(end => end.map((part, c) => part - o[c]));
-  return ([a, b, c]) => [
-    o[0] + a * i[0] + b * j[0] + c * k[0], o[1] + a * i[1] + b * j[1] + c * k[1], o[2] + a * i[2] + b * j[2] + c * k[2],
-  ];
 }
 
 function lines(points, colour, width, closed, face) {

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from importlib.resources import files
 
 import m4e_fmi
 from m4e_fmi.fmu import ModelDescription
@@ -15,6 +13,7 @@ from m4e_fmi.fmu.export.model_description import QUANTITIES, display_factor
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
 from m4e_fmi.report.page.mathml import equations_markup
+from m4e_fmi.report.web.markup import filled, text_of
 from m4e_fmi.simulate.simulation import FIXED
 
 EQUATIONS = (
@@ -105,14 +104,12 @@ def whole_page(
 
 
 def _page(description: ModelDescription, sections: Sequence[str]) -> str:
-    page = files("m4e_fmi.report.page").joinpath("fmu_page.html").read_text(encoding="utf-8")
     texts = {
         "@title@": escape(description.name),
         "@description@": escape(" ".join(description.description.split())),
         "@sections@": "\n".join(sections),
     }
-    # all at once: a text may hold a mark
-    return re.sub("|".join(texts), lambda mark: texts[mark[0]], page)
+    return filled(text_of("m4e_fmi.report.page", "fmu_page.html"), texts)
 
 
 def _facts(

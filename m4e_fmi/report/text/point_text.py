@@ -13,6 +13,7 @@ from m4e_fmi.analysis.points import Evaluation, motion
 from m4e_fmi.analysis.rest_notes import growth
 from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.program import TIME
+from m4e_fmi.shown import columns
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import Linearization, Modes, OperatingPoint
@@ -130,31 +131,30 @@ def _table(linear: Linearization, modes: Modes) -> list[str]:
     """The table of the modes; of a system with other states, of those that are motions."""
     n = linear.degrees_of_freedom
     has_others = len(linear.states) > 2 * n > 0
-    name = f"  {'mostly':<32}" if has_others else ""
-    lines = [
-        "",
-        f"  {'mode':>4} {'frequency':>12} {'period':>12} {'damping':>9} {name}  eigenvalue [1/s]",
-        f"  {'':>4} {'[Hz]':>12} {'[s]':>12} {'ratio':>9}",
-    ]
+    rows = [["mode", "frequency", "period", "damping"], ["", "[Hz]", "[s]", "ratio"]]
+    rows[0] += ["mostly"] if has_others else []
+    rows[1] += [""] if has_others else []
     parts = modes.participation[:n] + modes.participation[n : 2 * n]
     least = ROUNDING * np.max(modes.frequencies, initial=0.0)
-    left_out = 0
     for k, eigenvalue in enumerate(modes.eigenvalues, start=1):
-        if has_others:
-            share = parts[:, k - 1]
-            if share.sum() < LEAST_PART and not eigenvalue.real > 0:
-                left_out += 1
-                continue
-            name = f"  {linear.coordinates[int(np.argmax(share))].name:<32}"
+        share = parts[:, k - 1]
+        if has_others and share.sum() < LEAST_PART and not eigenvalue.real > 0:
+            continue
         if abs(eigenvalue.real) <= least:
             eigenvalue = complex(0.0, eigenvalue.imag)
-        hertz = abs(eigenvalue) / (2 * np.pi)
-        oscillates = eigenvalue.imag != 0
-        frequency = f"{hertz:12.6g}" if oscillates else f"{'–':>12}"
-        period = f"{1 / hertz:12.6g}" if oscillates else f"{'–':>12}"
-        ratio = 0.0 - eigenvalue.real / abs(eigenvalue) if eigenvalue else np.nan
-        shown = f"{ratio:9.5f}" if np.isfinite(ratio) else f"{'–':>9}"
-        lines.append(f"  {k:>4} {frequency} {period} {shown} {name}  {_complex(eigenvalue)}")
+        hertz, oscillates = abs(eigenvalue) / (2 * np.pi), eigenvalue.imag != 0
+        rows.append([
+            str(k),
+            f"{hertz:.6g}" if oscillates else "–",
+            f"{1 / hertz:.6g}" if oscillates else "–",
+            f"{0.0 - eigenvalue.real / abs(eigenvalue):.5f}" if eigenvalue else "–",
+            *([linear.coordinates[int(np.argmax(share))].name] if has_others else []),
+            f"{eigenvalue.real:.6g}" + (f" ± {eigenvalue.imag:.6g}i" if oscillates else ""),
+        ])  # fmt: skip
+    left_out = len(modes.eigenvalues) - (len(rows) - 2)
+    rows[0].append("eigenvalue [1/s]")
+    rows[1].append("")
+    lines = ["", *columns(">>>><<" if has_others else ">>>><", *rows)]
     if left_out:
         lines.append(
             f"  and {left_out} in which other states, as the memory of water, have most part"
@@ -198,9 +198,3 @@ def linear_json(linear: Linearization, modes: Modes) -> dict[str, object]:
         names = ("M", "C", "K", "F", "S")
         result["mechanical"] = {name: getattr(mechanical, name).tolist() for name in names}
     return result
-
-
-def _complex(value: complex) -> str:
-    if value.imag == 0:
-        return f"{value.real:.6g}"
-    return f"{value.real:.6g} ± {value.imag:.6g}i"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.analysis.comparison.measures import SCALES
 from m4e_fmi.analysis.decay.notes import decay_notes
-from m4e_fmi.shown import one_line
+from m4e_fmi.shown import columns, one_line
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.comparison import Comparison, Difference
@@ -37,11 +37,14 @@ def decay_text(decay: Decay, motion: Measured, *, mass: float, stiffness: float)
         f"{motion.path.name}, {motion.name} [{unit}]: free decay from {window.start:.6g} to "
         f"{window.end:.6g} s, {window.reason}",
         "",
-        f"  {'':<42} {'value':>13} {'standard error':>15}",
-    ]
-    for _, name, found, of in _rows(decay, unit, mass, stiffness):
-        lines.append(f"  {name:<42} {found.value:13.6g} {found.error:15.2g}  {of}")
-    lines += [
+        *columns(
+            "<>><",
+            ("", "value", "standard error", ""),
+            *(
+                (name, f"{found.value:.6g}", f"{found.error:.2g}", of)
+                for _, name, found, of in _rows(decay, unit, mass, stiffness)
+            ),
+        ),
         "",
         f"residual (root mean square): {100 * decay.residual_share:.3g} % of the release of "
         f"{decay.release:.4g} {unit}",
@@ -114,13 +117,15 @@ def _decrements(decay: Decay, unit: str) -> Iterator[str]:
     if len(peaks.between) == 0:
         return
     yield ""
-    yield f"  {f'amplitude [{unit}]':>16} {'damping ratio':>15} {'as fitted':>12}"
-    measured = peaks.ratios.tolist()
-    for amplitude, ratio in list(zip(peaks.between.tolist(), measured, strict=True))[
-        :MOST_DECREMENTS
-    ]:
-        fitted = decay.equivalent_ratio(amplitude).value
-        yield f"  {amplitude:16.5g} {ratio:15.5f} {fitted:12.5f}"
+    measured = list(zip(peaks.between.tolist(), peaks.ratios.tolist(), strict=True))
+    yield from columns(
+        ">>>",
+        (f"amplitude [{unit}]", "damping ratio", "as fitted"),
+        *(
+            (f"{amplitude:.5g}", f"{ratio:.5f}", f"{decay.equivalent_ratio(amplitude).value:.5f}")
+            for amplitude, ratio in measured[:MOST_DECREMENTS]
+        ),
+    )
     if (more := len(peaks.between) - MOST_DECREMENTS) > 0:
         yield f"  and {more} of smaller amplitudes"
 
@@ -153,14 +158,17 @@ LONGEST_NAME = 40
 
 def difference_text(found: Comparison) -> str:
     """Table of differences, the largest first, with notes and the verdict."""
-    start, stop = _span(found)
-    shown = found.worst[:MOST_ROWS]
-    width = min(LONGEST_NAME, max(len(one.name) for one in shown))
+    times = [one.time for one in found.differences.values() if len(one.time)]
+    start = min((float(t[0]) for t in times), default=math.nan)
+    stop = max((float(t[-1]) for t in times), default=math.nan)
+    share = f"of {found.relative_to}"
+    heads = ["", "RMS", share, "largest", share, "at", "Eq. (10)", "amplitude", "later by"]
+    heads += ["first beyond"] if found.tolerance is not None else []
+    rows = [_cells(one, found) for one in found.worst[:MOST_ROWS]]
     lines = [
         f"{found.path.name} beside {found.reference.name} (the reference), {start:g} to {stop:g} s",
         "",
-        _head(found, width),
-        *(_row(one, found, width) for one in shown),
+        *columns(f"<{'>' * (len(heads) - 1)}<", [*heads, ""], *rows),
     ]
     if (more := len(found.differences) - MOST_ROWS) > 0:
         lines.append(f"  and {more} with smaller differences: --json has them")
@@ -174,42 +182,25 @@ def difference_text(found: Comparison) -> str:
     return "\n".join(lines)
 
 
-def _span(found: Comparison) -> tuple[float, float]:
-    times = [one.time for one in found.differences.values() if len(one.time)]
-    if not times:
-        return math.nan, math.nan
-    return min(float(t[0]) for t in times), max(float(t[-1]) for t in times)
-
-
-def _head(found: Comparison, width: int) -> str:
-    share = f"of {found.relative_to}"
-    first = f"{'first beyond':>13}" if found.tolerance is not None else ""
-    return (
-        f"  {'':<{width}} {'RMS':>11} {share:>12} {'largest':>11} {share:>12} {'at':>9} "
-        f"{'Eq. (10)':>10} {'amplitude':>10} {'later by':>10}{first}"
-    )
-
-
-def _row(one: Difference, found: Comparison, width: int) -> str:
-    name = one_line(one.name)
-    name = name if len(name) <= width else f"{name[: width - 1]}…"
-    ratio = _number(one.phase.amplitude_ratio, "10.5g", 10)
-    shift = one.phase.time_shift
-    shift = 0.0 if abs(shift) < NO_SHIFT * one.phase.period else shift
-    later = _number(shift, "8.3g", 8)
-    first = ""
+def _cells(one: Difference, found: Comparison) -> list[str]:
+    """A row of the table."""
+    name, phase = one_line(one.name), one.phase
+    shift = 0.0 if abs(phase.time_shift) < NO_SHIFT * phase.period else phase.time_shift
+    cells = [
+        name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…",
+        f"{one.rms:.4g}",
+        _percent(one.rms_share),
+        f"{one.largest:.4g}",
+        _percent(one.largest_share),
+        f"{one.largest_at:.5g} s",
+        f"{one.nrmse:.3g}",
+        "" if math.isnan(phase.amplitude_ratio) else f"{phase.amplitude_ratio:.5g}",
+        "" if math.isnan(shift) else f"{shift:.3g} s",
+    ]
     if found.tolerance is not None:
         since = one.first_beyond(found.tolerance)
-        first = f"{'' if since is None else f'{since:.5g} s':>13}"
-    return (
-        f"  {name:<{width}} {one.rms:11.4g} {_percent(one.rms_share):>12} "
-        f"{one.largest:11.4g} {_percent(one.largest_share):>12} {one.largest_at:7.5g} s "
-        f"{one.nrmse:10.3g} {ratio} {later}{' s' if later.strip() else '  '}{first}  {one.unit}"
-    )
-
-
-def _number(value: float, form: str, width: int) -> str:
-    return " " * width if math.isnan(value) else f"{value:{form}}"
+        cells.append("" if since is None else f"{since:.5g} s")
+    return [*cells, one.unit]
 
 
 def _percent(share: float) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from m4e_fmi.report.panels import Panel, aligned, fitting, moving, panels, percent, quantity
 from m4e_fmi.results.results_file import Results, Series
+from m4e_fmi.shown import columns
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
 if TYPE_CHECKING:
@@ -53,22 +54,23 @@ def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
     """The table of the energies over the connections within `span` [s]."""
     if not energy:
         return []
-    width = max(len(bond.connection) for bond in energy)
-    heads = ("given", "received", "lost or made", "mean power")
-    lines = ["energy over the connections, from the force's source into the body"]
-    lines.append(f"  {'':<{width}} " + " ".join(f"{head:>13}" for head in heads))
-    for bond in energy:
-        columns = (
+    rows = [
+        (
+            bond.connection,
             quantity(bond.given, "J"),
             quantity(bond.received, "J"),
             "–" if bond.is_idle else percent(bond.relative),
             quantity(bond.given / span if span else 0.0, "W"),
         )
-        told = " ".join(f"{text:>13}" for text in columns)
-        lines.append(f"  {bond.connection:<{width}} {told}")
+        for bond in energy
+    ]
+    head, *lines = columns("<>>>>", ("", "given", "received", "lost or made", "mean power"), *rows)
+    found = ["energy over the connections, from the force's source into the body", head]
+    for bond, line in zip(energy, lines, strict=True):
+        found.append(line)
         if bond.adds:
-            lines.append(f"    the sum of the forces of {', '.join(bond.adds)}, counted as one")
-    return lines
+            found.append(f"    the sum of the forces of {', '.join(bond.adds)}, counted as one")
+    return found
 
 
 def _messages(messages: Sequence[FmuMessage]) -> list[str]:
@@ -127,10 +129,8 @@ def _extremes(results: Results, rows: str) -> list[str]:
     ]
     shown = extremes(found, results.time)
     if shown:
-        lines.append(f"  {rows:<36} {'min':>10} {'mean':>10} {'max':>10}")
-    for name, unit, numbers in shown:
-        told = " ".join(f"{text:>10}" for text in numbers)
-        lines.append(f"  {name:<36} {told} {unit}")
+        table = [(name, *numbers, unit) for name, unit, numbers in shown]
+        lines += columns("<>>><", (rows, "min", "mean", "max", ""), *table)
     lines += [
         f"  {panel.left_out} more in {panel.unit}, which vary less, are in the results"
         for panel in found

@@ -12,7 +12,7 @@ from numbers import Real
 
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Topology, topology
-from m4e_fmi.shown import one_line
+from m4e_fmi.shown import columns, one_line
 from m4e_fmi.space import AXES
 
 
@@ -26,11 +26,9 @@ class Listing:
 
     def text(self) -> str:
         """In columns, with a line under the heads."""
-        lines = [self.head, *self.rows]
-        widths = [max(len(line[k]) for line in lines) for k in range(len(self.head))]
-        made = ["  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)) for line in lines]
-        made.insert(1, "  ".join("-" * width for width in widths))
-        return "\n".join([self.title, *(f"  {line}".rstrip() for line in made)])
+        widths = [max(map(len, column)) for column in zip(self.head, *self.rows, strict=True)]
+        rule = ["-" * width for width in widths]
+        return "\n".join([self.title, *columns("<" * len(rule), self.head, rule, *self.rows)])
 
 
 def model_tables(model: Model) -> str:

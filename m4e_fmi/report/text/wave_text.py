@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.report.text.point_text import note_lines
+from m4e_fmi.shown import columns
 from m4e_fmi.units import POWER
 
 if TYPE_CHECKING:
@@ -71,20 +72,20 @@ def hydro_json(data: HydrodynamicData) -> dict[str, object]:
     }
 
 
-def _motions(data: HydrodynamicData) -> Iterator[str]:
-    yield (
-        f"  {'motion':<20} {'A∞':>11} {'A at first':>11} {'largest B':>11} {'at':>7} "
-        f"{'stiffness':>11} {'largest |X|':>11} {'at':>7}"
-    )
-    yield f"  {'[kg, kg.m2, N, N.m, m, rad, s]':<50} {'':>6} [rad/s] {'':>23} [rad/s]"
+def _motions(data: HydrodynamicData) -> list[str]:
+    rows: list[Sequence[str]] = [
+        ("motion", "A∞", "A at first", "largest B", "at", "stiffness", "largest |X|", "at"),
+        ("[kg, kg.m2, N, N.m, m, rad, s]", "", "", "", "[rad/s]", "", "", "[rad/s]"),
+    ]
     for k, motion in enumerate(data.motions):
         damping, force = data.damping[:, k, k], np.abs(data.excitation[:, :, k]).max(axis=1)
         most, top = int(damping.argmax()), int(force.argmax())
-        yield (
-            f"  {motion.name:<20} {data.added_mass_inf[k, k]:11.4g} "
-            f"{data.added_mass[0, k, k]:11.4g} {damping[most]:11.4g} {data.omega[most]:7.3g} "
-            f"{data.stiffness[k, k]:11.4g} {force[top]:11.4g} {data.omega[top]:7.3g}"
-        )
+        numbers = (
+            data.added_mass_inf[k, k], data.added_mass[0, k, k], damping[most], data.omega[most],
+            data.stiffness[k, k], force[top], data.omega[top],
+        )  # fmt: skip
+        rows.append((motion.name, *(f"{number:.4g}" for number in numbers)))
+    return columns("<>>>>>>>", *rows)
 
 
 def _couplings(data: HydrodynamicData) -> list[str]:
@@ -106,13 +107,18 @@ def _couplings(data: HydrodynamicData) -> list[str]:
     pairs = [p for p in sorted(pairs, reverse=True) if p[0] > COUPLED]
     if not pairs:
         return []
-    lines = ["", f"  {'coupling':<40} {'A∞':>11} {'of own':>8} {'largest |B|':>11} {'of own':>8}"]
-    for _, i, j in pairs[:MOST_COUPLINGS]:
-        name = f"{data.motions[i].name}, {data.motions[j].name}"
-        lines.append(
-            f"  {name:<40} {data.added_mass_inf[i, j]:11.4g} {100 * other[i, j]:6.3g} % "
-            f"{np.abs(data.damping[:, i, j]).max():11.4g} {100 * share[i, j]:6.3g} %"
+    rows = [
+        (
+            f"{data.motions[i].name}, {data.motions[j].name}",
+            f"{data.added_mass_inf[i, j]:.4g}",
+            f"{100 * other[i, j]:.3g} %",
+            f"{np.abs(data.damping[:, i, j]).max():.4g}",
+            f"{100 * share[i, j]:.3g} %",
         )
+        for _, i, j in pairs[:MOST_COUPLINGS]
+    ]
+    heads = ("coupling", "A∞", "of own", "largest |B|", "of own")
+    lines = ["", *columns("<>>>>", heads, *rows)]
     if len(pairs) > MOST_COUPLINGS:
         lines.append(f"  and {len(pairs) - MOST_COUPLINGS} more above {100 * COUPLED:g} %")
     return lines
@@ -122,13 +128,20 @@ def _memories(data: HydrodynamicData) -> Iterator[str]:
     if not data.memories:
         yield "  no memory: the forces of radiation could not be fitted, or there are none"
         return
-    yield f"  {'memory of':<50} {'order':>6} {'states':>7} {'error':>8} {'of damping':>11}"
-    for memory in data.memories:
-        names = ", ".join(data.motions[k].name for k in memory.motions)
-        yield (
-            f"  {names:<50} {memory.poles:6d} {memory.states:7d} {100 * memory.error:6.2g} % "
-            f"{100 * memory.damping_error:9.2g} %"
-        )
+    yield from columns(
+        "<>>>>",
+        ("memory of", "order", "states", "error", "of damping"),
+        *(
+            (
+                ", ".join(data.motions[k].name for k in memory.motions),
+                str(memory.poles),
+                str(memory.states),
+                f"{100 * memory.error:.2g} %",
+                f"{100 * memory.damping_error:.2g} %",
+            )
+            for memory in data.memories
+        ),
+    )
     yield (
         f"  cost: {data.states} states, {data.operations} operations for all forces at a time, in "
         "the waves of the component"
@@ -166,14 +179,15 @@ def sea_text(response: SeaResponse) -> str:
         f"{sea.significant_height:.4g} m and energy period {sea.energy_period:.4g} s "
         f"to {angle:g} deg, linearised for it",
         "",
-        f"  {'':<36} {'mean':>13} {'deviation':>13} {'crossings':>10}",
     ]
+    rows = [("", "mean", "deviation", "crossings", "")]
     for v, mean, deviation in zip(
         response.outputs, response.means, response.deviations, strict=True
     ):
         period = response.zero_crossing_period(v.name)
-        shown = "" if v.unit == POWER or not np.isfinite(period) else f"{period:8.4g} s"
-        lines.append(f"  {v.name:<36} {mean:13.6g} {deviation:13.6g} {shown:>10}  {v.unit}")
+        shown = "" if v.unit == POWER or not np.isfinite(period) else f"{period:.4g} s"
+        rows.append((v.name, f"{mean:.6g}", f"{deviation:.6g}", shown, v.unit))
+    lines += columns("<>>><", *rows)
     return "\n".join([*lines, *note_lines(response.notes)])
 
 
@@ -184,7 +198,7 @@ def comparison_text(found: Sequence[Comparison], *, title: str, settled: Sequenc
     components that were the same law at rest in both.
     """
     lines = ["", f"beside a simulation {title}:"]
-    lines.append(f"  {'':<36} {'':<18} {'simulated':>13} {'linearised':>13} {'difference':>10}")
+    rows = [("", "", "simulated", "linearised", "difference", "")]
     largest: dict[str, float] = {}
     for c in found:
         largest[c.unit] = max(largest.get(c.unit, 0.0), abs(c.simulated), abs(c.linearised))
@@ -192,11 +206,9 @@ def comparison_text(found: Sequence[Comparison], *, title: str, settled: Sequenc
         if c.unit == POWER and c.what != "mean":
             continue
         counts = max(abs(c.simulated), abs(c.linearised)) > SMALL * largest[c.unit]
-        shown = f"{100 * c.difference:+9.2g} %" if counts and np.isfinite(c.difference) else ""
-        lines.append(
-            f"  {c.output:<36} {c.what:<18} {c.simulated:13.6g} {c.linearised:13.6g} {shown:>10}"
-            f"  {c.unit}"
-        )
+        shown = f"{100 * c.difference:+.2g} %" if counts and np.isfinite(c.difference) else ""
+        rows.append((c.output, c.what, f"{c.simulated:.6g}", f"{c.linearised:.6g}", shown, c.unit))
+    lines += columns("<<>>><", *rows)
     if settled:
         note = (
             f"{', '.join(settled)}: the same law at rest in this simulation, which checks nothing "
@@ -277,24 +289,19 @@ def _number(x: float) -> float | None:
     return x if np.isfinite(x) else None
 
 
-def _harmonics(response: WaveResponse, d: int, columns: Sequence[int]) -> list[str]:
-    """Rows of one direction, with amplitude and phase of the outputs in `columns`."""
-    shown = [response.outputs[j] for j in columns]
-    lines = [
-        f"  {'period':>9}" + "".join(f"  {_short(v):>22}" for v in shown),
-        f"  {'[s]':>9}" + "".join(f"  {f'[{_per_m(v)}]':>13} {'[deg]':>8}" for v in shown),
-    ]
-    phases = np.degrees(response.phases[d])
+def _harmonics(response: WaveResponse, d: int, outputs: Sequence[int]) -> list[str]:
+    """Rows of one direction, with amplitude and phase [deg] of `outputs`, a dash where none."""
+    heads, units, phases = ["period"], ["[s]"], np.degrees(response.phases[d])
+    for v in (response.outputs[j] for j in outputs):
+        heads += [_short(v), ""]
+        units += [f"[({v.unit})/m]" if "/" in v.unit else f"[{v.unit}/m]", "[deg]"]
+    rows = [heads, units]
     for k, period in enumerate(response.periods):
-        cells = [(abs(response.values[d, k, j]), phases[k, j]) for j in columns]
-        lines.append(f"  {period:9.4g}" + "".join(_cell(*cell) for cell in cells))
-    return lines
-
-
-def _cell(amplitude: float, phase: float) -> str:
-    """An amplitude in its unit per m and a phase [deg], a dash where it has none."""
-    lag = f"{phase:8.1f}" if np.isfinite(phase) else f"{'-':>8}"
-    return f"  {amplitude:13.5g} {lag}"
+        rows.append([f"{period:.4g}"])
+        for j in outputs:
+            lag = f"{phases[k, j]:.1f}" if np.isfinite(phases[k, j]) else "-"
+            rows[-1] += [f"{abs(response.values[d, k, j]):.5g}", lag]
+    return columns(">" * len(heads), *rows)
 
 
 def _means(response: WaveResponse, d: int) -> list[str]:
@@ -302,20 +309,14 @@ def _means(response: WaveResponse, d: int) -> list[str]:
     powers = [j for j, v in enumerate(response.outputs) if v.unit == POWER]
     if not powers:
         return []
-    lines = [
-        "",
-        f"  {'period':>9}" + "".join(f"  {_short(response.outputs[j]):>22}" for j in powers),
+    rows = [
+        ("period", *(_short(response.outputs[j]) for j in powers)),
+        ("[s]", *("mean [W]" for _ in powers)),
     ]
-    lines.append(f"  {'[s]':>9}" + "".join(f"  {'mean [W]':>22}" for _ in powers))
     for k, period in enumerate(response.periods):
-        cells = "".join(f"  {response.means[d, k, j]:22.6g}" for j in powers)
-        lines.append(f"  {period:9.4g}{cells}")
-    return lines
+        rows.append((f"{period:.4g}", *(f"{response.means[d, k, j]:.6g}" for j in powers)))
+    return ["", *columns(">" * (1 + len(powers)), *rows)]
 
 
 def _short(v: Variable) -> str:
     return v.name if len(v.name) <= 22 else f"…{v.name[-21:]}"
-
-
-def _per_m(v: Variable) -> str:
-    return f"({v.unit})/m" if "/" in v.unit else f"{v.unit}/m"

@@ -1,9 +1,28 @@
-"""Small pieces of HTML: tables, lists, folded texts. All that is given is text, and is escaped."""
+"""Templates, and small pieces of HTML: tables, lists, folded texts, whose texts are escaped."""
 
 from __future__ import annotations
 
 import html
+import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
+
+
+def text_of(package: str, name: str) -> str:
+    """The text of a file in a package."""
+    return files(package).joinpath(name).read_text(encoding="utf-8")
+
+
+def filled(template: str, marks: Mapping[str, str]) -> str:
+    """A template with texts in place of its marks, all at once: a text may hold a mark."""
+    return re.sub("|".join(marks), lambda mark: marks[mark[0]], template)
+
+
+def json_text(data: object) -> str:
+    """JSON that may stand in a script: no text in it ends that, or begins another."""
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return text.replace("<", "\\u003c")
 
 
 def escaped(text: object) -> str:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import html
-import json
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
+from m4e_fmi.report.web.markup import filled, json_text, text_of
 from m4e_fmi.report.web.samples import block
 
 
@@ -88,21 +86,10 @@ def page_text(page: Page) -> str:
         "@script@": "\n".join([*own, *page.scripts]),
         "@data@": json_text(page.data),
     }
-    return re.sub("|".join(marks), lambda mark: marks[mark[0]], text_of(HERE, "shell.html"))
+    return filled(text_of(HERE, "shell.html"), marks)
 
 
 @cache
 def _library() -> str:
     """The plotting library as a block: it is compressed once for many pages."""
     return block(plotly_js())
-
-
-def json_text(data: object) -> str:
-    """JSON that may stand in a script: no text in it ends that, or begins another."""
-    text = json.dumps(data, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
-    return text.replace("<", "\\u003c")
-
-
-def text_of(package: str, name: str) -> str:
-    """The text of a file in a package."""
-    return files(package).joinpath(name).read_text(encoding="utf-8")
