@@ -187,6 +187,8 @@ def loaded(
         prepare(module)
     beside = {file.stem for file in path.parent.glob("*.py")}
     others = {key: sys.modules.pop(key) for key in _modules_of(beside)}
+    # bytecode of one second and size may be that of what was there before
+    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
     importlib.invalidate_caches()
@@ -196,6 +198,7 @@ def loaded(
         raise UserCodeError(error_text(error, path, shown)) from error
     finally:
         sys.path.remove(str(path.parent))
+        sys.dont_write_bytecode = writes
         for key in (*_modules_of(beside), name):
             sys.modules.pop(key, None)
         sys.modules.update(others)

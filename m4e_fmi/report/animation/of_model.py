@@ -37,7 +37,7 @@ from m4e_fmi.report.drawing.scene import Anchor, PlanarScene, unmoved_scene
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
-THICKNESS = 0.02
+THICKNESS = 0.06
 """Of a planar body's outline, relative to the size of the model."""
 LAYER = 1e-4
 """Distance of planar bodies from those that hold them, towards the eye, in sizes of the model."""
