@@ -179,7 +179,7 @@ def _trim(balance: BodyBalance) -> Iterator[str]:
         far = angle > FAR
         tilt = balance.hulls[0].plane.tilt
         turns = f"the {tilt} is {'above ' * far}{math.degrees(min(angle, FAR)):.3g} deg"
-    about, remedy = "its centre of gravity", "put center_of_gravity above the centre of buoyancy"
+    about, remedy = "its centre of gravity", "put center_of_gravity on the vertical of the centre of buoyancy"
     if balance.carried:
         remedy = "place what it carries so that all weights balance over the centre of buoyancy"
     if not balance.is_single:
