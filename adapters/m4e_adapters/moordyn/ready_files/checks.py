@@ -199,7 +199,7 @@ def _check_number(
         return
     kind = "whole number" if whole else "number"
     message = f"{name}: {word!r} is not a {kind} between {limits[0]:g} and {limits[1]:g}"
-    remedy = "give all columns of the row, in SI units (angles in degrees), and no names of other files"
+    remedy = "give all columns of the row, in SI units (angles in degrees); no names of files"
     if row in file.rows("options"):
         remedy = "remove the line for the default; data in other files are not supported"
     fortran = FORTRAN.fullmatch(word)
