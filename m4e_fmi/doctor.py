@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import platform
 import re
 import shutil
@@ -12,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cache
-from importlib.metadata import PackageNotFoundError, entry_points, requires, version
+from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, requires, version
 from pathlib import Path
 
 import m4e_fmi
@@ -179,20 +178,24 @@ def _temporary() -> Iterator[_Finding]:
 
 
 def _plugins() -> Iterator[_Finding]:
+    from m4e_fmi.fmu import FmuKind
+
     for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
-        yield _Finding(f"FMU kind {point.name}", *_importable(point.module))
+        yield _Finding(f"FMU kind {point.name}", *_importable(point, FmuKind))
     for point in sorted(entry_points(group=ADAPTER_GROUP), key=lambda p: p.name):
-        ok, detail = _importable(point.module)
+        ok, detail = _importable(point)
         if not ok:
             yield _Finding(f"adapter {point.name}", ok, detail)
             continue
-        for what, good, text in importlib.import_module(point.module).requirements():
+        for what, good, text in point.load().requirements():
             yield _Finding(f"{point.name}: {what}", good, text)
 
 
-def _importable(module: str) -> tuple[bool, str]:
+def _importable(point: EntryPoint, kind: type = object) -> tuple[bool, str]:
     try:
-        importlib.import_module(module)
-    except ImportError as error:
-        return False, f"{error}; reinstall the package that offers {module}"
-    return True, module
+        found = point.load()
+    except (ImportError, AttributeError) as error:
+        return False, f"{error}; reinstall the package that offers {point.module}"
+    if not isinstance(found, kind):
+        return False, f"{point.value} is a {type(found).__name__}, not an {kind.__name__}"
+    return True, point.module

@@ -14,7 +14,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import ModuleType
 
+from m4e_fmi.code_hash import OWN
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
 from m4e_fmi.files.document import Section
 from m4e_fmi.files.files_read import read_text
@@ -56,16 +58,30 @@ def _build(
         if name_of in names[:k]:
             text = f"two files are called {name_of}: they travel in one folder"
             raise InputError.single(text, "rename one of them", keys=("files", k - 1))
-    places = list(sys.path)
+    places, hidden = list(sys.path), dict[str, ModuleType]()
     # as in the FMU: what is not there is not found here either, also in the current folder
     with TemporaryDirectory() as alone:
         for file in (path, *others):
             shutil.copy(file, alone)
         sys.path[:] = [place for place in places if Path(place).resolve() != path.parent]
         try:
+            hidden = {key: sys.modules.pop(key) for key in _imported_from(path.parent)}
             return _made(Path(alone) / path.name, path, others, name=name, progress=progress)
         finally:
+            sys.modules.update(hidden)
             sys.path[:] = places
+
+
+def _imported_from(folder: Path) -> list[str]:
+    """The imported modules of a folder, and of packages in it, but for this package's own."""
+    beside = {path.stem for path in folder.iterdir()} - {*OWN}
+    found = {
+        key.partition(".")[0]
+        for key, module in sys.modules.items()
+        if key.partition(".")[0] in beside
+        and Path(getattr(module, "__file__", None) or "").resolve().is_relative_to(folder)
+    }
+    return [key for key in sys.modules if key.partition(".")[0] in found]
 
 
 def _made(

@@ -16,6 +16,7 @@ from m4e_fmi.cosim.wiring.links import Port, Wiring
 from m4e_fmi.fmu import Description
 from m4e_fmus.water.hulls import BUOYANCY, AtStart, FloatingHull
 from m4e_fmus.water.start_balance import ACCELERATIONS, BodyBalance, balances
+from m4e_fmus.water.surroundings import SAME, model_gravity
 
 ANGLES = ("phi", "theta", "psi")
 OTHERS = ("x", "z", "theta", "force_z", "neutral_mass")
@@ -39,14 +40,15 @@ NOISE = 1e-3
 
 
 def flotation(
-    _system: System, _descriptions: Mapping[str, Description], wiring: Wiring, start: AtStart
+    system: System, descriptions: Mapping[str, Description], wiring: Wiring, start: AtStart
 ) -> Iterator[str]:
     """Warnings of the floating bodies of a system at its `start`, one line each."""
     hulls = list(_hulls(start, wiring))
     yield from (line for hull in hulls for line in _pose(hull))
     for balance in balances(start, wiring, hulls):
         if not _is_at_rest(balance):
-            yield from _weight(balance)
+            component = balance.hulls[0].link.source.component
+            yield from _weight(balance, model_gravity(system, descriptions, component))
             yield from _trim(balance)
         yield from _stability(balance)
 
@@ -113,8 +115,11 @@ def _meant(hull: FloatingHull, symbol: str, now: float) -> float:
     return float(variables[f"{hull.body}.{symbol}"].start or 0.0)
 
 
-def _weight(balance: BodyBalance) -> Iterator[str]:
-    """The vertical force that is out of balance at the start, in the reference pose."""
+def _weight(balance: BodyBalance, gravity: float | None) -> Iterator[str]:
+    """The vertical force that is out of balance at the start, in the reference pose.
+
+    `gravity` [m/s2] is that of the bodies' model, if it is known.
+    """
     buoyancy, force = balance.buoyancy, balance.force
     if force is None or abs(force) <= UNBALANCED * abs(buoyancy):
         return
@@ -125,7 +130,10 @@ def _weight(balance: BodyBalance) -> Iterator[str]:
         settles = f": {f'it {verb}s' if balance.is_single else f'they {verb}'} by {way:.3g} m"
     change = force / buoyancy * balance.neutral_mass
     remedy = f"to float there, {abs(change):.6g} kg {more}: change mass, or the connected forces"
-    if -change >= balance.neutral_mass:
+    of_water = buoyancy / balance.neutral_mass
+    if gravity is not None and not math.isclose(gravity, of_water, rel_tol=SAME):
+        remedy = f"make gravity of the model, {gravity:g} m/s2, that of the water, {of_water:.6g}"
+    elif -change >= balance.neutral_mass:
         remedy = "the other forces exceed the buoyancy: check their connections and start values"
     elif balance.is_single:
         remedy += f"; {_neutral(balance.hulls[0], change)}"
@@ -179,7 +187,7 @@ def _trim(balance: BodyBalance) -> Iterator[str]:
         far = angle > FAR
         tilt = balance.hulls[0].plane.tilt
         turns = f"the {tilt} is {'above ' * far}{math.degrees(min(angle, FAR)):.3g} deg"
-    about, remedy = "its centre of gravity", "put center_of_gravity on the vertical of the centre of buoyancy"
+    about, remedy = "its centre of gravity", "put it on the vertical of the centre of buoyancy"
     if balance.carried:
         remedy = "place what it carries so that all weights balance over the centre of buoyancy"
     if not balance.is_single:

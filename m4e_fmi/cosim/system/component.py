@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -223,9 +224,12 @@ def answers(
     be of any kind: with one, all that are installed answer.
     """
     names = {c.source.name for c in components if isinstance(c.source, Kind)}
+    found = [kind_of(name) for name in sorted(names)]
     if any(isinstance(c.source, FmuFile) and descriptions[c.name].is_own for c in components):
-        names.update(kinds())
-    for function in dict.fromkeys(question(kind_of(name)) for name in sorted(names)):
+        for name in sorted(kinds().keys() - names):
+            with suppress(ImportError):  # of others, which the system does not use
+                found.append(kind_of(name))
+    for function in dict.fromkeys(map(question, found)):
         yield from function(*asked)
 
 

@@ -72,7 +72,7 @@ def read_rows(
     for line, text in enumerate(texts, start=1):
         words = text.split()
         wrong = [word for word in words if not _NUMBER.fullmatch(word)]
-        if not words or (line == 1 and wrong):
+        if not words or (line == 1 and wrong[:1] == words[:1]):
             continue  # WAMIT's first line is a title
         found = [] if wrong else [float(re.sub("[dD]", "E", word)) for word in words]
         wrong += [w for w, x in zip(words, found, strict=False) if finite and not math.isfinite(x)]

@@ -267,4 +267,4 @@ def _said(text: str) -> str:
     said = run.stdout + run.stderr
     if "ERR " in said:
         return SOURCE_PLACE.sub("", said[said.index("ERR ") :].partition("Error (-")[0])
-    return said.splitlines()[-1] if run.returncode else ""
+    return (said.splitlines() or [f"it ended with {run.returncode}"])[-1] if run.returncode else ""
