@@ -43,21 +43,21 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
     covered, folder = "", document.path.parent
 
     @contextmanager
-    def told() -> Generator[None]:
+    def collected() -> Generator[None]:
         try:
             yield
         except InputError as error:
             problems.extend(error.problems)
 
     for name, given in section.vary.items():
-        with told():
+        with collected():
             one = given if isinstance(given, AxisSection) else AxisSection(values=given)
             axes.append(_axis(name, one, ("vary", name), document))
     if section.sample:
-        with told():
+        with collected():
             axes.append(_sampled(section.sample, document))
     if given := section.table:
-        with told():
+        with collected():
             points, weights, units = table(folder, given, document)
             plain = _varied(given.columns, ("table", "columns"))
             heads = zip(plain, given.columns.values(), units, strict=True)
@@ -66,7 +66,7 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
             if weights and not given.run_all:
                 not_run += cases_without_weight(np.array(weights))
     if given := section.scatter:
-        with told():
+        with collected():
             both, shares, covered = scatter(folder, given, document)
             names = given.rows, given.columns
             axes += both

@@ -61,11 +61,11 @@ def harmonics(table: MeanDrift) -> np.ndarray | None:
         return None
     counts = range(round(360.0 / WIDEST), round(360.0 / FINEST) + 1)
 
-    def apart(step: float) -> np.ndarray:
+    def distance(step: float) -> np.ndarray:
         """Distances [deg] of the steps (n,) from multiples of one."""
         return np.abs(steps - step * np.rint(steps / step))
 
-    count = next((n for n in counts if (apart(360.0 / n) < SAME).all()), None)
+    count = next((n for n in counts if (distance(360.0 / n) < SAME).all()), None)
     if count is None:
         return None
     values = np.concatenate([table.values, table.values[:, :1]], axis=1)
