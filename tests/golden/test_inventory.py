@@ -145,10 +145,10 @@ def printed(folder: Path, said: pytest.CaptureFixture[str]) -> Iterator[str]:
         main(["build", model, "--build-folder", "."])
         main(["simulate", model, "--stop-time", "1", "--output-file", "a.nc"])
         fmu = Path("double_pendulum.fmu")
-        planted(fmu, Path("stale.fmu"), b'guid="{', b'guid="{1')
+        planted(fmu, Path("faulty.fmu"), b'modelName=', b'colour="red" modelName=')
         for command in (
             ("info", "double_pendulum.fmu"),
-            ("validate", "stale.fmu"),
+            ("validate", "faulty.fmu"),
             ("doctor",),
             ("equilibrium", model),
             ("linearize", model),
