@@ -145,7 +145,7 @@ def printed(folder: Path, said: pytest.CaptureFixture[str]) -> Iterator[str]:
         main(["build", model, "--build-folder", "."])
         main(["simulate", model, "--stop-time", "1", "--output-file", "a.nc"])
         fmu = Path("double_pendulum.fmu")
-        planted(fmu, Path("faulty.fmu"), b'modelName=', b'colour="red" modelName=')
+        planted(fmu, Path("faulty.fmu"), b"modelName=", b'colour="red" modelName=')
         for command in (
             ("info", "double_pendulum.fmu"),
             ("validate", "faulty.fmu"),
