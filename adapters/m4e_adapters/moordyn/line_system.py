@@ -302,12 +302,13 @@ class LineSystem:
 
     def surfaced(self):
         """A text for each buoyant free point that came above the water since the last call."""
+        points = [] if self._net is None else self._net["points"]
         heights = {}
-        for k, line in enumerate(self._net["lines"] if self._net is not None else ()):
+        for k, line in enumerate([] if self._net is None else self._net["lines"]):
             for end, point in enumerate(line["ends"]):
-                if self._net["points"][point]["force"] is not None:
+                if points[point]["force"] is not None:
                     heights[point] = self._moordyn.end_position(k, end)[2]
-        found = above_water(self._net["points"], heights) if heights else {}
+        found = above_water(points, heights)
         texts = [text for k, text in found.items() if k not in self._surfaced]
         self._surfaced = set(found)
         return texts
