@@ -271,7 +271,7 @@ class LineSystem:
         t, h, ends = (self._motion[key] for key in ("time", "last", "position"))
         begins = _each(lambda end, speed: end - speed * h, ends, velocity)
         if self._course:
-            self._course.apply_now(self._moordyn)
+            self._moordyn.set_water(*self._course.now)
         force = self._moordyn.step(begins, velocity, t - h, h)
         forces = [tuple(force[k : k + 3]) for k in range(0, len(force), 3)]
         self.force = [self._seen(k, whole) for k, whole in enumerate(forces)]

@@ -1,6 +1,6 @@
-"""Warnings at the start: values and places that can be run, but hardly be meant.
+"""Warnings at the start: places that can be run, but hardly be meant.
 
-Of lines, anchors and fairleads, buoys above the water, and fairleads elsewhere than drawn.
+Of anchors and fairleads, buoys above the water, and fairleads elsewhere than drawn.
 
 Travels inside the FMU: imports the standard library only. A `net` is a `statics.Net`; `points` are
 those of the description it was made from.
@@ -9,8 +9,6 @@ those of the description it was made from.
 from math import hypot
 
 HIGH = 5.0, 0.05  # [m], and of the depth: so far above the seabed an anchor may be without a word
-LIGHT = 0.3  # weight of a line over that of the water it displaces
-SOFT = 0.05  # strain of a hanging line by its own weight in water
 CLEAR = 1e-3  # [m] above the water
 DIGITS, SHARE = 0.01, 1e-3  # [m], and of the shortest line: to what files round positions
 
@@ -28,28 +26,6 @@ def high_anchors(points, bed):
             f"at {bed:.6g} m: check its z and the depth of the water"
         )
     return texts
-
-
-def soft_lines(lines, names):
-    """A text for each line that its own weight stretches far."""
-    weights = [abs(line["weight"] - line["buoyancy"]) * line["length"] for line in lines]
-    return [
-        f"{name}, hanging, is stretched by {50 * weight / line['stiffness']:.3g} % by its own "
-        f"weight: check its axial stiffness EA, {line['stiffness']:.4g} N (not kN)"
-        for name, line, weight in zip(names, lines, weights, strict=True)
-        if weight > 2 * SOFT * line["stiffness"]
-    ]
-
-
-def light_lines(lines, names):
-    """A text for each line that is many times lighter than the water it displaces."""
-    return [
-        f"{name} weighs {line['weight']:.4g} N/m, and the water that it displaces "
-        f"{line['buoyancy']:.4g} N/m: check its diameter, "
-        f"{line['diameter']:g} m (not mm), and its mass per length in kg/m"
-        for name, line in zip(names, lines, strict=True)
-        if line["weight"] < LIGHT * line["buoyancy"]
-    ]
 
 
 def above_water(points, heights):
