@@ -48,9 +48,7 @@ class FmuKind:
     and ``doubts_at_start(system, descriptions, wiring, start)`` those that need the values at the
     start. Each is asked once for a system, also if several of its kinds have it.
 
-    The rest is for kinds in water: ``displaced(config, *, folder)`` are the surfaces of what has
-    buoyancy by body and name (`report.drawing.hulls.Hull`, in the axes of the body);
-    ``stability(config, *, folder)`` is a text, None of kinds without;
+    The rest is for kinds in water: ``stability(config, *, folder)`` is a text;
     ``coefficients(config, *, name, folder, progress)`` are their hydrodynamic data,
     ``config_of_file(path, *, progress, depth)`` the configuration for a file of these, and
     ``refinement(config, *, folder, progress)`` a convergence study as text and JSON.
@@ -66,7 +64,6 @@ class FmuKind:
     problems: Callable[..., Iterable[Problem]] = _none
     doubts: Callable[..., Iterable[str]] = _none
     doubts_at_start: Callable[..., Iterable[str]] = _none
-    displaced: Function = _nothing
     stability: Function | None = None
     coefficients: Function | None = None
     config_of_file: Function | None = None

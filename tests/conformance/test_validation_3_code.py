@@ -25,7 +25,7 @@ FAULTS: dict[str, Fault] = {
         "memcpy(c->values, k->values, c->count * sizeof *c->values);",
         "memcpy(c->values, k->values, (c->n.parameters + c->n.inputs) * sizeof *c->values);",
         "state",
-        {"state.rollback", "state.serialised", "state.transfer"},
+        {"state.rollback", "state.serialised"},
     ),
     "saving disturbs": (
         "state.c",
@@ -33,7 +33,7 @@ FAULTS: dict[str, Fault] = {
         "m4e_keep(c->integrator, k->values + c->count);\n    *state = k;\n"
         "    c->x[0] += 1e-6;\n    c->now.ahead = 0;\n",
         "state",
-        {"state.disturbs", "state.rollback", "state.serialised", "state.transfer"},
+        {"state.disturbs", "state.rollback", "state.serialised"},
     ),
     "reset forgets the states": (
         "fmi.c",
@@ -50,13 +50,6 @@ FAULTS: dict[str, Fault] = {
         "instances",
         {"instances.shared", "instances.reset"},
     ),
-    "each instance leaks": (
-        "instance.c",
-        "free(parts[i]);\n    free(c);",
-        "free(parts[i]);\n    memset(c = realloc(c, 1 << 20), 1, 1 << 20);",
-        "instances",
-        {"instances.leak"},
-    ),
     "directional derivatives of the wrong sign": (
         "derivatives.c",
         "c->direction[direction_of(c, x[i])] += seed[i];",
@@ -64,49 +57,20 @@ FAULTS: dict[str, Fault] = {
         "directional",
         {"directional.mismatch"},
     ),
-    "adjoint derivatives of the wrong sign": (
-        "derivatives.c",
-        "result[i] += seed[k] * change_of",
-        "result[i] -= seed[k] * change_of",
-        "directional",
-        {"directional.adjoint"},
-    ),
-    "output derivatives that leave out the states": (
-        "derivatives.c",
-        "m4e_rates(c->model, c->now.t, c->x, direction + 1);",
-        "",
-        "derivatives",
-        {"derivatives.output"},
-    ),
     "rates that are not those of the variables": (
         "variables.c",
         "rates[k] = c->rates[state];",
         "rates[k] = 1.01 * c->rates[state];",
-        "derivatives",
-        {"derivatives.order"},
-    ),
-    "writes behind an array": (
-        "variables.c",
-        "const uint32_t state = c->layout.state[k];\n        rates[k]",
-        "const uint32_t state = c->layout.state[k];\n        rates[count] = 0.0;\n        rates[k]",
-        "derivatives",
-        {"memory.overrun"},
-    ),
-    "co-simulation differs from model exchange": (
-        "step.c",
-        "    c->now.t = done ? end : report->time;",
-        "    c->x[0] += 1e-4 * (end - c->now.t);\n    c->now.ahead = 0;\n"
-        "    c->now.t = done ? end : report->time;",
-        "solution",
-        {"solution.exchange"},
+        "start",
+        {"start.order"},
     ),
     "another version": ("fmi.c", 'return "3.0";', 'return "2.0";', "start", {"start.version"}),
     "a function is not exported": (
         "fmi.c",
         "FUNCTION(fmi3EvaluateDiscreteStates,",
         "FUNCTION(evaluate_discrete_states,",
-        "description",
-        {"library.exports"},
+        "start",
+        {"start.library"},
     ),
 }
 """Fault → file, text in it, what it becomes, group that finds it, errors and warnings."""

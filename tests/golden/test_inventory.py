@@ -22,6 +22,7 @@ from typing import Any
 
 import pytest
 from pydantic import BaseModel
+from support.defects import planted
 from support.example_systems import EXAMPLES
 
 from m4e_fmi.cli import COMMANDS, main
@@ -143,9 +144,11 @@ def printed(folder: Path, said: pytest.CaptureFixture[str]) -> Iterator[str]:
         Path("decay.csv").write_text("\n".join(["time [s],heave [m]", *rows]), "utf-8")
         main(["build", model, "--build-folder", "."])
         main(["simulate", model, "--stop-time", "1", "--output-file", "a.nc"])
+        fmu = Path("double_pendulum.fmu")
+        planted(fmu, Path("faulty.fmu"), b"modelName=", b'colour="red" modelName=')
         for command in (
             ("info", "double_pendulum.fmu"),
-            ("validate", "double_pendulum.fmu"),
+            ("validate", "faulty.fmu"),
             ("doctor",),
             ("equilibrium", model),
             ("linearize", model),

@@ -160,8 +160,8 @@ FAULTS = {
     # ---- coupling ----
     "the coupling of heave and pitch stiffens": Fault(
         "fmus/m4e_fmus/water",
-        "pitch - coupling**2 / free",
-        "pitch + coupling**2 / free",
+        "turn - coupling**2 / heave",
+        "turn + coupling**2 / heave",
         "unit/fmus/water/test_flotation.py unit/fmus/water/test_flotation_in_space.py",
     ),
     "mean of a Taylor series": Fault(

@@ -23,8 +23,8 @@ FMUS = sorted(Path(FOLDER).glob("[123]/*.fmu")) if FOLDER else []
 TRUE = {
     # its setStartValues leaves the parameter x0 as it was
     "3/StateSpace": {"instances.reset"},
-    # it logs that event mode is not supported; its y3 is 1 - y1 - y2, with dependencies=""
-    "3/Roberts": {"capabilities.missing", "dependencies.missing"},
+    # its y3 is 1 - y1 - y2, with dependencies=""
+    "3/Roberts": {"dependencies.missing"},
 }
 """Errors that are right, of FMUs that only FMPy judges."""
 

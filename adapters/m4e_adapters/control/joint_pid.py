@@ -58,15 +58,12 @@ def joint_pid(config: JointPidConfig, *, name: str) -> Program:
     duration = r.parameter(Variable("duration", "s", text, config.duration, minimum=SHORTEST))
     text = "time at which the way begins"
     after = r.parameter(Variable("after", "s", text, config.after, minimum=0.0))
-    way, rate = _way(maximum(0.0, minimum(1.0, (r.time - after) / duration)))
+    s = maximum(0.0, minimum(1.0, (r.time - after) / duration))
+    # 10 s³ − 15 s⁴ + 6 s⁵ begins and ends without speed and acceleration
+    way, rate = s * s * s * (10 - s * (15 - 6 * s)), 30 * s * s * (1 - s) * (1 - s)
     for joint, section in config.joints.items():
         _add_joint(r, joint, section, way, rate / duration)
     return r.program()
-
-
-def _way(s: Scalar) -> tuple[Scalar, Scalar]:
-    """10 s³ − 15 s⁴ + 6 s⁵, which begins and ends without speed and acceleration, and its slope."""
-    return s * s * s * (10 - s * (15 - 6 * s)), 30 * s * s * (1 - s) * (1 - s)
 
 
 def _add_joint(r: Recorder, joint: str, section: JointSection, way: Scalar, rate: Scalar) -> None:

@@ -22,11 +22,8 @@ from .moordyn_system import MoorDynSystem, in_space, warnings_in
 from .plausibility import (
     above_water,
     below_seabed,
-    coarse_lines,
     high_anchors,
-    high_fairleads,
     misplaced,
-    stretched_lines,
     unplaced,
 )
 from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
@@ -126,7 +123,6 @@ class LineSystem:
         self.anchor_tension = []
         self.warnings = []
         self._stretched = set()  # the lines that were too long when last looked at
-        self._surfaced = set()  # the free points that were above the water then
 
     @property
     def running(self):
@@ -161,10 +157,9 @@ class LineSystem:
             *self._notes,
             *unplaced(self._fairleads, position, self._placed),
             *below_seabed(self._fairleads, position, self._bed),
-            *high_fairleads(self._fairleads, position, self._bed),
             *(too_long(net, self._names) if net is not None else ()),
             *self._unrest(net if found else None),
-            *self._implausible(net if found and self._at_rest else None),
+            *(high_anchors(self._net["points"], self._net["bed"]) if self._net else ()),
             *warnings_in(report, equilibrium_known=found),
         ]
         if self._course:
@@ -176,6 +171,7 @@ class LineSystem:
         remedy = "check the initial positions of its fairleads, and its length"
         self.warnings += self._beyond(START_STRAIN, remedy).values()
         self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
+        self._surfaced = set()  # the free points that were above the water when last looked at
 
     def advance(self, t, h, position, velocity):
         """Advance from t over h [s]: fairleads end at position + velocity·h. MooringError.
@@ -275,7 +271,7 @@ class LineSystem:
         t, h, ends = (self._motion[key] for key in ("time", "last", "position"))
         begins = _each(lambda end, speed: end - speed * h, ends, velocity)
         if self._course:
-            self._course.apply_now(self._moordyn)
+            self._moordyn.set_water(*self._course.now)
         force = self._moordyn.step(begins, velocity, t - h, h)
         forces = [tuple(force[k : k + 3]) for k in range(0, len(force), 3)]
         self.force = [self._seen(k, whole) for k, whole in enumerate(forces)]
@@ -304,34 +300,15 @@ class LineSystem:
             return [f"{NOT_FOUND}: it leaves {worst[0]:.3g} N on a node of {worst[1]}"]
         return texts
 
-    def _implausible(self, net):
-        """Warnings of implausible values; `net` is the equilibrium, if lines start in it."""
-        if self._net is None:
-            return []
-        tensions = list(zip(self.anchor_tension, self.fairlead_tension, strict=True))
-        buoys = self._above_water()
-        self._surfaced = set(buoys)
-        return [
-            *high_anchors(self._net["points"], self._net["bed"]),
-            *(coarse_lines(net, self._names, tensions) if net is not None else ()),
-            *(stretched_lines(net, self._names) if net is not None else ()),
-            *buoys.values(),
-        ]
-
-    def _above_water(self):
-        """A text, by number, for each buoyant free point that is above the water."""
-        if self._net is None:
-            return {}
-        heights = {}
-        for k, line in enumerate(self._net["lines"]):
-            for end, point in enumerate(line["ends"]):
-                if self._net["points"][point]["force"] is not None:
-                    heights[point] = self._moordyn.end_position(k, end)[2]
-        return above_water(self._net["points"], heights)
-
     def surfaced(self):
         """A text for each buoyant free point that came above the water since the last call."""
-        found = self._above_water()
+        points = [] if self._net is None else self._net["points"]
+        heights = {}
+        for k, line in enumerate([] if self._net is None else self._net["lines"]):
+            for end, point in enumerate(line["ends"]):
+                if points[point]["force"] is not None:
+                    heights[point] = self._moordyn.end_position(k, end)[2]
+        found = above_water(points, heights)
         texts = [text for k, text in found.items() if k not in self._surfaced]
         self._surfaced = set(found)
         return texts

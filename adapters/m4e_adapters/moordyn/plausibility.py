@@ -1,20 +1,14 @@
-"""Warnings at the start: values and places that can be run, but hardly be meant.
+"""Warnings at the start: places that can be run, but hardly be meant.
 
-Of lines, anchors and fairleads, buoys above the water, and fairleads elsewhere than drawn.
+Of anchors and fairleads, buoys above the water, and fairleads elsewhere than drawn.
 
 Travels inside the FMU: imports the standard library only. A `net` is a `statics.Net`; `points` are
 those of the description it was made from.
 """
 
-from itertools import pairwise
-from math import dist, hypot
+from math import hypot
 
-HIGH = 5.0, 0.05  # [m], and of the depth: so far above the seabed an anchor, above the
-# water a fairlead may be without a word
-LIGHT = 0.3  # weight of a line over that of the water it displaces
-COARSE = 0.3  # weight in water of half a segment, over the tension at an end
-SOFT = 0.05  # strain of a hanging line by its own weight in water
-STRETCHED = 0.2  # strain of a segment in equilibrium
+HIGH = 5.0, 0.05  # [m], and of the depth: so far above the seabed an anchor may be without a word
 CLEAR = 1e-3  # [m] above the water
 DIGITS, SHARE = 0.01, 1e-3  # [m], and of the shortest line: to what files round positions
 
@@ -31,77 +25,6 @@ def high_anchors(points, bed):
             f"{point['name']} is fixed {place} at z = {z:.6g} m, {z - bed:.4g} m above the seabed "
             f"at {bed:.6g} m: check its z and the depth of the water"
         )
-    return texts
-
-
-def high_fairleads(names, position, bed):
-    """A text for each fairlead far above the water, of a depth down to z = `bed` [m] or None."""
-    most = max(HIGH[0], -HIGH[1] * (bed or 0.0))
-    return [
-        f"fairlead {name} starts at z = {place[-1]:.4g} m, above the water: check the z of its "
-        "point on the body, and the position of the body"
-        for name, place in zip(names, position, strict=True)
-        if place[-1] > most
-    ]
-
-
-def soft_lines(lines, names):
-    """A text for each line that its own weight stretches far."""
-    weights = [abs(line["weight"] - line["buoyancy"]) * line["length"] for line in lines]
-    return [
-        f"{name}, hanging, is stretched by {50 * weight / line['stiffness']:.3g} % by its own "
-        f"weight: check its axial stiffness EA, {line['stiffness']:.4g} N (not kN)"
-        for name, line, weight in zip(names, lines, weights, strict=True)
-        if weight > 2 * SOFT * line["stiffness"]
-    ]
-
-
-def light_lines(lines, names):
-    """A text for each line that is many times lighter than the water it displaces."""
-    return [
-        f"{name} weighs {line['weight']:.4g} N/m, and the water that it displaces "
-        f"{line['buoyancy']:.4g} N/m: check its diameter, "
-        f"{line['diameter']:g} m (not mm), and its mass per length in kg/m"
-        for name, line in zip(names, lines, strict=True)
-        if line["weight"] < LIGHT * line["buoyancy"]
-    ]
-
-
-def coarse_lines(net, names, tensions):
-    """A text for each line whose segments are long; `tensions` are (of end A, of end B) [N].
-
-    Lines that lie on the seabed up to their ends are left out.
-    """
-    texts = []
-    for name, line, ends in zip(names, net.lines, tensions, strict=True):
-        length = line["length"] / line["segments"]
-        half = abs(line["weight"] - line["buoyancy"]) * length / 2
-        rise = max(net.position[k][2] for k in line["ends"]) - net.bed
-        if half > COARSE * max(ends) and rise > length / 10:
-            texts.append(
-                f"{name} is divided coarsely: half of a segment weighs {half:.4g} N in water, and "
-                f"the line pulls {max(ends):.4g} N at an end: use more than {line['segments']} "
-                "segments"
-            )
-    return texts
-
-
-def stretched_lines(net, names):
-    """A text for each line that hangs stretched far in the equilibrium of `net`.
-
-    Those whose ends are further apart than they are long are told elsewhere.
-    """
-    texts = []
-    for name, line, nodes, ends in zip(names, net.lines, net.nodes, net.end_forces(), strict=True):
-        longest = max(dist(net.position[a], net.position[b]) for a, b in pairwise(nodes))
-        strain = longest * line["segments"] / line["length"] - 1
-        apart = dist(net.position[nodes[0]], net.position[nodes[-1]])
-        if strain > STRETCHED and apart <= line["length"]:
-            tension = max(hypot(*force) for force in ends)
-            texts.append(
-                f"{name} is stretched by up to {100 * strain:.3g} % at the start, where it pulls "
-                f"{tension:.4g} N: check its stiffness EA, {line['stiffness']:.4g} N"
-            )
     return texts
 
 
@@ -140,32 +63,21 @@ def unplaced(names, position, given):
 
 
 def misplaced(drawn, position, *, shortest):
-    """A text for each fairlead that starts elsewhere than drawn, or one if the order is another.
+    """A text for each fairlead that starts elsewhere than drawn.
 
     `drawn` is the name and the place [m] of each, `position` where it is [m]; `shortest` is the
     length [m] of the shortest line.
     """
     tolerance = min(DIGITS, SHARE * shortest)
 
-    def distance(k, other):
-        return hypot(*(c - at for c, at in zip(position[k], drawn[other][1:], strict=True)))
+    def distance(k):
+        return hypot(*(c - at for c, at in zip(position[k], drawn[k][1:], strict=True)))
 
-    count = range(len(drawn))
-    away = [k for k in count if distance(k, k) > tolerance]
-    nearest = [min(count, key=lambda other, k=k: (distance(k, other), other != k)) for k in count]
-    swapped = sorted(nearest) == list(count) and any(
-        2 * max(distance(j, nearest[j]) for j in count) < distance(k, k) for k in away
-    )
-    if swapped:
-        order = ", ".join(drawn[nearest.index(k)][0] for k in count)
-        return [
-            f"fairleads start where the file has others ({_placed(drawn, position, away[0])}): "
-            f"give them in the order of its coupled points, which seems to be {order}"
-        ]
     return [
-        f"{_placed(drawn, position, k)}, {distance(k, k):.4g} m away: check the connection, the "
+        f"{_placed(drawn, position, k)}, {distance(k):.4g} m away: check the connection, the "
         "initial position of its body, and the origin and the order of the points in the file"
-        for k in away
+        for k in range(len(drawn))
+        if distance(k) > tolerance
     ]
 
 

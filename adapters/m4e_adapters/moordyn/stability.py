@@ -95,7 +95,8 @@ def oscillations(segment: Segment) -> list[tuple[float, float]]:
     bending = 4 / length**2 * math.sqrt(segment.bending_stiffness / m)
     seabed = math.sqrt(segment.seabed_stiffness * segment.diameter / m)
     damped = segment.seabed_damping * segment.diameter / m / (2 * seabed) if seabed else 0.0
-    found = [(axial, _axial_ratio(segment)), (bending, 0.0), (seabed, damped)]
+    critical = length * math.sqrt(segment.axial_stiffness * m)
+    found = [(axial, segment.damping / critical), (bending, 0.0), (seabed, damped)]
     return [mode for mode in found if mode[0] > 0]
 
 
@@ -128,11 +129,6 @@ def fastest(segment: Segment, step: float, scheme: str) -> float:
     drag = replace(segment, speed=1.0, damping=0.0, seabed_damping=0.0, friction=0.0)
     slope = decay_rate(drag)  # the rate is linear in the speed
     return (_limit(scheme, 1.0) / step - still) / slope if slope else math.inf
-
-
-def _axial_ratio(segment: Segment) -> float:
-    critical = segment.length * math.sqrt(segment.axial_stiffness * segment.mass_per_length)
-    return segment.damping / critical
 
 
 def _limit(scheme: str, ratio: float) -> float:

@@ -43,10 +43,6 @@ class WaterCourse:
         places, _ = lines.nodes()
         self.now = _flat(self._water.at(t, np.array(places)))
 
-    def apply_now(self, lines):
-        """Give MoorDyn the present motion."""
-        lines.set_water(*self.now)
-
     def apply(self, lines, bounds, piece):
         """Give MoorDyn the motion in the middle of a `piece` of a step.
 

@@ -56,35 +56,15 @@ def buoyancy(
     return add(one, other), moment
 
 
-def displaced_energy(
-    along: Vector, depths: tuple[Number, Number], *, radius: float, length: Number
-) -> Number:
-    """∫ −z dV [m4] over the displaced water of a part of a member: U over ρ g."""
-    x, y, _ = along
-    half = radius * sqrt(x * x + y * y + UPRIGHT**2)
-    first, second = depths
-    step = second - first
-    over = step / (step * step + (NONE * half) * (NONE * half))
-    steep = _Depth.difference(_Depth(first, half), _Depth(second, half)) * over
-    flat: Number = 0.0
-    for share, weight in GAUSS:
-        flat = flat + weight * _Depth(first + share * step, half).slope
-    part = _steepness(step, half)
-    return radius**2 * length * (part * steep + (1.0 - part) * flat)
-
-
-def _steepness(step: Number, half: Number) -> Number:
-    """The part [1] of quotients over a `step` of depth [m], beside means of derivatives."""
-    low, high = LEVEL
-    return minimum(maximum((abs(step) / half - low) / (high - low), 0.0), 1.0)
-
-
 def _quotients(first: Number, second: Number, half: Number) -> tuple[Number, Number, Number]:
     """Derivatives of (F₂ − F₁)/(d₂ − d₁) by d₁ [1], by d₂ [1], and by c over c [1/m]."""
-    step = second - first
+    step, (low, high) = second - first, LEVEL
     over = step / (step * step + (NONE * half) * (NONE * half))
     one, other = _Depth(first, half), _Depth(second, half)
-    quotient = _Depth.difference(one, other) * over
+    # F₂ − F₁ [m2], F = c² ψ + π/2 (max(d, c)² − c²), without cancellation in deep water
+    deeper = other.deep - one.deep
+    change = half * half * (other.psi - one.psi) + math.pi / 2 * deeper * (other.deep + one.deep)
+    quotient = change * over
     steep = (
         (quotient - one.slope) * over,
         (other.slope - quotient) * over,
@@ -96,13 +76,13 @@ def _quotients(first: Number, second: Number, half: Number) -> tuple[Number, Num
         flat[0] = flat[0] + weight * (1.0 - share) * here.area
         flat[1] = flat[1] + weight * share * here.area
         flat[2] = flat[2] + weight * here.turning_slope
-    part = _steepness(step, half)
+    part = minimum(maximum((abs(step) / half - low) / (high - low), 0.0), 1.0)
     a, b, c = (part * s + (1.0 - part) * f for s, f in zip(steep, flat, strict=True))
     return a, b, c
 
 
 class _Depth:
-    """Derivatives of F at a depth d [m] of the axis, c = `half` [m]; its parts ψ and max(d, c)."""
+    """Derivatives of F at a depth d [m] of the axis, c = `half` [m]; its parts `psi`, max(d, c)."""
 
     def __init__(self, depth: Number, half: Number) -> None:
         tau = minimum(maximum(depth / half, -WITHIN), WITHIN)
@@ -117,15 +97,7 @@ class _Depth:
             - tau * cube / 12.0
             + math.pi / 16
         )
-        self._half, self._psi, self._deep = half, psi, maximum(depth, half)
-        self.slope = half * phi + math.pi * (self._deep - half)
+        self.psi, self.deep = psi, maximum(depth, half)
+        self.slope = half * phi + math.pi * (self.deep - half)
         self.turning = 2.0 * psi - tau * phi
         self.turning_slope = (phi - tau * self.area) / half
-
-    @staticmethod
-    def difference(one: _Depth, other: _Depth) -> Number:
-        """F₂ − F₁ [m2], F = c² ψ + π/2 (max(d, c)² − c²), without cancellation in deep water."""
-        half, deeper = one._half, other._deep - one._deep
-        return half * half * (other._psi - one._psi) + math.pi / 2 * deeper * (
-            other._deep + one._deep
-        )

@@ -29,18 +29,6 @@ def shown(config: MorisonConfig, *, folder: Path, values: Mapping[str, float]) -
     )
 
 
-def displaced_by(config: MorisonConfig) -> dict[str, dict[str, Hull]]:
-    """Surfaces of the members that have buoyancy, by body and name, in the axes of the bodies."""
-    return {
-        name: {
-            member: _cylinders([own], body.center_of_gravity)
-            for member, own in config.of_body(name).items()
-            if own.is_buoyant
-        }
-        for name, body in config.bodies.items()
-    }
-
-
 def _cylinders(members: Iterable[Member], center: tuple[float, ...]) -> Hull:
     """The surfaces of members together, from a `center` [m] on."""
     first, vertices, faces = 0, list[np.ndarray](), list[tuple[int, ...]]()

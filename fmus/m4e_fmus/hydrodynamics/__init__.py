@@ -18,7 +18,6 @@ from m4e_adapters.hydrodynamics.refinement import refinement, refinement_json
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
 from m4e_fmi.report.animation.shown import Shown, ShownHull
-from m4e_fmi.report.drawing.hulls import Hull
 from m4e_fmus.water import kind_in_water
 
 
@@ -53,14 +52,6 @@ def _headed(config: HydrodynamicsConfig, hull: ShownHull, heading: float) -> Sho
     return replace(hull, surface=turned)
 
 
-def _displaced(config: HydrodynamicsConfig, *, folder: Path) -> dict[str, dict[str, Hull]]:
-    """Surfaces of the hulls that have buoyancy, by body and name, in the axes of the bodies."""
-    if config.loads.hydrostatics != "linear":
-        return {}
-    hulls = drawn_hulls(config.bodies, folder)
-    return {hull.name: {hull.name: hull.surface} for hull in hulls if not hull.fixed}
-
-
 def _refinement(
     config: HydrodynamicsConfig, *, folder: Path, progress: Callable[[str], object] = print
 ) -> tuple[str, dict[str, object]]:
@@ -79,7 +70,6 @@ KIND = kind_in_water(
     outline=check_config,
     scene=_scene,
     response=program_in_waves,
-    displaced=_displaced,
     stability=_stability,
     coefficients=hydrodynamic_data,
     config_of_file=config_of_file,

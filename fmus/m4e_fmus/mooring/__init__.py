@@ -18,7 +18,6 @@ from m4e_adapters.hydrodynamics.seas.system_seas import water_program
 from m4e_adapters.hydrodynamics.seas.water import moving_water
 from m4e_adapters.moordyn import Fairlead, Mooring, MooringConfig
 from m4e_adapters.moordyn.mooring import Sea
-from m4e_adapters.moordyn.plausibility import light_lines, soft_lines
 from m4e_adapters.sea.program import tell_doubts
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
 from m4e_fmi.program.python_form import python_source
@@ -35,6 +34,10 @@ TRAVELS = (
     "statics.py",
 )
 
+LIGHT = 0.3
+"""Weight of a line over that of the water it displaces, below which that is doubted."""
+SOFT = 0.05
+"""Strain of a hanging line by its own weight in water, above which that is doubted."""
 SHORT = 1e-4
 """Internal step [s] below which lines take hours."""
 MOST_PIECES = 40
@@ -89,9 +92,20 @@ def _build(
 
 def _doubts(mooring: Mooring) -> Iterator[str]:
     """Values of lines that can hardly be meant, before anything is computed with them."""
-    if mooring.net is not None:
-        for doubts in (light_lines, soft_lines):
-            yield from doubts(mooring.net["lines"], mooring.lines)
+    lines = [] if mooring.net is None else mooring.net["lines"]
+    for name, line in zip(mooring.lines, lines, strict=False):
+        if line["weight"] < LIGHT * line["buoyancy"]:
+            yield (
+                f"{name} weighs {line['weight']:.4g} N/m, and the water that it displaces "
+                f"{line['buoyancy']:.4g} N/m: check its diameter, "
+                f"{line['diameter']:g} m (not mm), and its mass per length in kg/m"
+            )
+        weight = abs(line["weight"] - line["buoyancy"]) * line["length"]
+        if weight > 2 * SOFT * line["stiffness"]:
+            yield (
+                f"{name}, hanging, is stretched by {50 * weight / line['stiffness']:.3g} % by its "
+                f"own weight: check its axial stiffness EA, {line['stiffness']:.4g} N (not kN)"
+            )
     if mooring.time_step < SHORT:
         yield (
             f"MoorDyn makes {1 / mooring.time_step:,.0f} internal steps a second: check mass per "
@@ -155,7 +169,22 @@ def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
     ]
     parting = dict.fromkeys(mooring.lines[line] for line, _, _ in _parting(mooring))
     nodes = [v for line in mooring.lines for v in _places(mooring, line, names)]
-    return (*inputs, *outputs, *tensions, *map(_parted, parting), *nodes)
+    text = "1 once {} has parted from what it holds: it exerts no force any more"
+    parted = [
+        FmuVariable(
+            f"{line}.parted",
+            "1",
+            text.format(line),
+            causality="parameter",
+            variability="tunable",
+            initial="exact",
+            start=0.0,
+            minimum=0.0,
+            maximum=1.0,
+        )
+        for line in parting
+    ]
+    return (*inputs, *outputs, *tensions, *parted, *nodes)
 
 
 def _parting(mooring: Mooring) -> list[tuple[int, int, int]]:
@@ -220,21 +249,6 @@ def _places(mooring: Mooring, line: str, inputs: tuple[str, ...]) -> Iterator[Fm
                 dependencies=(),
                 initial_dependencies=tuple(n for n in inputs if n.rpartition(".")[2] in "xyz"),
             )
-
-
-def _parted(line: str) -> FmuVariable:
-    text = f"1 once {line} has parted from what it holds: it exerts no force any more"
-    return FmuVariable(
-        f"{line}.parted",
-        "1",
-        text,
-        causality="parameter",
-        variability="tunable",
-        initial="exact",
-        start=0.0,
-        minimum=0.0,
-        maximum=1.0,
-    )
 
 
 def _of_fairlead(fairlead: Fairlead) -> Iterator[FmuVariable]:

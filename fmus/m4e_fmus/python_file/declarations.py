@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.export.selection import STRUCTURED_NAME
 from m4e_fmi.units import parse_unit
 from m4e_fmus.python_file.user_class import GROUPS, METHODS, Declared, UserClass
@@ -108,19 +108,17 @@ def _calls(user: UserClass, method: str) -> Iterator[tuple[str, str]]:
     function = getattr(user.object, method, None)
     if not inspect.isroutine(function):
         return
-    form = f"{method}(self, {ARGUMENTS[method]})"
-    if inspect.isgeneratorfunction(function) or inspect.iscoroutinefunction(function):
-        yield f"{method} is a generator or async", f"write a plain method {form} that returns"
-    given = ARGUMENTS[method].split(", ")
+    arguments, form = ARGUMENTS[method], f"write {method}(self, {ARGUMENTS[method]})"
+    given = arguments.split(", ")
     try:
         names = list(inspect.signature(function).bind(*given).arguments)
     except TypeError:
-        yield f"{method} does not take {ARGUMENTS[method]} after self", f"write {form}"
+        yield f"{method} does not take {arguments} after self", form
         return
     except ValueError:  # of a function in C
         return
     if names != given and sorted(names) == sorted(given):
-        yield f"{method} takes {', '.join(names)} in this order", f"write {form}"
+        yield f"{method} takes {', '.join(names)} in this order", form
 
 
 def _variable(name: str, given: object, group: str) -> tuple[Declared, list[tuple[str, str]]]:
@@ -178,6 +176,3 @@ def _contradictions(
         if name not in GROUPS and kind in MUTABLE and name[0] != "_":
             text = f"{user.kind.__name__}.{name} is a {kind} of the class, which is not saved"
             yield text, f"set self.{name} in start(self, v)"
-        near = suggestion(name, [*GROUPS, *METHODS])
-        if near.startswith("did you mean") and name not in (*GROUPS, *METHODS) and name[0] != "_":
-            yield f"{user.kind.__name__}.{name} means nothing here", near

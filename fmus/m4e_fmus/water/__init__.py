@@ -7,29 +7,17 @@ forces that `start_balance` finds on them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from functools import partial
 
-from m4e_fmi.cosim.system.system import System
-from m4e_fmi.cosim.wiring.links import Wiring
-from m4e_fmi.fmu import Description, FmuKind
-from m4e_fmus.water.doubles import double_buoyancy, double_drag, double_load_problems
+from m4e_fmi.fmu import FmuKind
+from m4e_fmus.water.doubles import double_load_problems
 from m4e_fmus.water.flotation import flotation
 from m4e_fmus.water.surroundings import differing
 
 __all__ = ["kind_in_water"]
 
 
-def _doubts(
-    system: System, descriptions: Mapping[str, Description], wiring: Wiring
-) -> Iterator[str]:
-    """Warnings of what is known before the run."""
-    yield from differing(system, descriptions, wiring)
-    yield from double_drag(system, descriptions, wiring)
-    yield from double_buoyancy(system, wiring)
-
-
 kind_in_water = partial(
-    FmuKind, problems=double_load_problems, doubts=_doubts, doubts_at_start=flotation
+    FmuKind, problems=double_load_problems, doubts=differing, doubts_at_start=flotation
 )
 """An `FmuKind` with these checks."""

@@ -68,11 +68,6 @@ class Plane:
         """Of the three motions, (3,) [1]."""
         return np.array([1.0, 1.0, self.sign])
 
-    def in_world(self, motion: np.ndarray) -> np.ndarray:
-        """A motion (3,) [m, m, rad] in this plane as one of the world, (6,) [m, rad]."""
-        (c, s), (along, up, turn) = self.ahead, motion
-        return np.array([c * along, s * along, up, -s * turn, c * turn, 0.0])
-
 
 @dataclass(frozen=True)
 class FloatingHull:
@@ -119,15 +114,10 @@ class FloatingHull:
         known = self.network.instances[self.component].description.variables
         return float(self.network.read(f"{self.component}.heading")) if "heading" in known else 0.0
 
-    @property
-    def is_in_space(self) -> bool:
-        """True if the body has six motions in the water."""
-        known = self.network.instances[self.component].description.variables
-        return f"{self.body}.omega_z" in known
-
     def planes(self) -> list[Plane]:
         """The planes in which it is looked at."""
-        if not self.is_in_space:
+        known = self.network.instances[self.component].description.variables
+        if f"{self.body}.omega_z" not in known:  # three motions in the water
             return [Plane()]
         c, s = math.cos(self.heading), math.sin(self.heading)
         along = Plane((c, s) if s else (1.0, 0.0), (1, 3, 5))
@@ -156,6 +146,12 @@ class FloatingHull:
         return np.array(found) * np.outer(signs, signs)
 
     @property
+    def turn_stiffness(self) -> float:
+        """Of the turn in the plane, with its neutral mass [N.m/rad]; heave is free."""
+        heave, coupling, turn = self.stiffness[1, 1], self.stiffness[1, 2], self.stiffness[2, 2]
+        return float(turn - coupling**2 / heave if heave > 0 else turn)
+
+    @property
     def size(self) -> float:
         """Side of the cube that the body displaces [m]."""
         return math.cbrt(self.neutral_mass / WATER)
@@ -166,6 +162,16 @@ class FloatingHull:
         waterplane = self.stiffness[1, 1]
         return self.buoyancy[1] / waterplane if waterplane > 0 else self.size
 
+    @property
+    def place(self) -> tuple[float, float]:
+        """Of its centre of gravity, along the plane's horizontal axis, and up [m]."""
+        terms = zip(("x", "y"), self.plane.ahead, strict=True)
+        along = sum(w * float(self.network.read(f"{self.name}.{axis}")) for axis, w in terms if w)
+        return along, float(self.network.read(f"{self.name}.z"))
+
     def motion(self, part: np.ndarray) -> np.ndarray:
-        """The motion `part` (3,) [m, rad] in its plane as one of the world, (n,) [m, rad]."""
-        return self.plane.in_world(part) if self.is_in_space else part
+        """The motion `part` (3,) in its plane as one along its `symbols`, (n,) [m, rad]."""
+        if self.symbols == WRENCH:
+            return part
+        (c, s), (along, up, turn) = self.plane.ahead, part
+        return np.array([c * along, s * along, up, -s * turn, c * turn, 0.0])

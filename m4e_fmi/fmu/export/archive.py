@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-import uuid
 import zipfile
 from collections.abc import Iterable, Mapping
 from importlib.metadata import distribution
@@ -15,7 +14,6 @@ from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.runtime.platforms import PLATFORMS, START_UP, packaged
 
-GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 LEVEL = 4
 """Of compression: half the time of 6, and 2 % more bytes."""
@@ -57,11 +55,6 @@ def license_files(files: Iterable[str], *, native: bool) -> dict[str, bytes]:
     overview = "".join(f"{_HOLDS[name]}; see {name}.txt\n" for name in texts)
     licenses = {f"{LICENSES}/{name}.txt": text for name, text in texts.items()}
     return {f"{LICENSES}/license.txt": f"This FMU holds\n{overview}".encode(), **licenses}
-
-
-def content_guid(files: Files, xml: bytes) -> str:
-    """A GUID made of the content of the FMU; `xml` is its description without a GUID."""
-    return f"{{{uuid.uuid5(GUID_NAMESPACE, content_hash({**files, 'xml': xml}, length=64))}}}"
 
 
 def content_hash(files: Files, *, length: int = HASH_LENGTH) -> str:

@@ -8,13 +8,14 @@ same source gives the same bytes.
 from __future__ import annotations
 
 import re
+import uuid
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.export.archive import (
-    content_guid,
+    content_hash,
     license_files,
     model_identifier,
     write_archive,
@@ -38,13 +39,13 @@ from m4e_fmi.fmu.export.model_description import (
     build_description_xml,
     model_description_xml,
     terminals_xml,
-    with_guid,
 )
 from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_members
 from m4e_fmi.fmu.export.python_fmu import python_members, python_slave
 from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.program import Program
 
+GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
 """Options that say something of a program, and nothing of Python code."""
 
@@ -148,8 +149,9 @@ def _with_description(
     xml = model_description_xml(
         description, variables, form, model_identifier=identifier, sources=sources
     )
-    guid = content_guid(files, xml)
+    guid = f"{{{uuid.uuid5(GUID_NAMESPACE, content_hash({**files, 'xml': xml}, length=64))}}}"
     if options.native:
         files[SETTINGS] = f"{guid} ".encode() + files[SETTINGS]
-    files[XML] = with_guid(xml, guid)
+    named = rf'\1="{guid}"'.encode()
+    files[XML] = re.sub(rb'(guid|instantiationToken)=""', named, xml, count=1)
     return files

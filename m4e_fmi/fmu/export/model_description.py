@@ -163,7 +163,7 @@ def model_description_xml(
 ) -> bytes:
     """The XML text (UTF-8) of `description`, whose scalars are grouped into `variables`.
 
-    Its GUID is empty: see `with_guid`. `sources` are the C files in the FMU that an importer of
+    Its GUID (FMI 3.0: token) is empty. `sources` are the C files in the FMU that an importer of
     FMI 2.0 compiles. ValueError names a unit that is not understood, or variables of one name.
     """
     root = Element(
@@ -205,11 +205,6 @@ def model_description_xml(
     _add_variables(root, variables, form)
     _add_structure(root, description, variables, form)
     return _xml_bytes(root)
-
-
-def with_guid(xml: bytes, guid: str) -> bytes:
-    """The XML of a description that was written with an empty GUID (FMI 3.0: token)."""
-    return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
 
 
 def _xml_bytes(root: Element) -> bytes:

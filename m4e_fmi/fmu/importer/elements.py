@@ -56,11 +56,6 @@ def owner(variable: ModelVariable) -> int:
     return locate(variable.valueReference)[0]
 
 
-def array_name(variable: ModelVariable) -> str:
-    """Name of the variable, or of the array that it is an element of."""
-    return variable.name.rpartition("[")[0] if variable.shape else variable.name
-
-
 def unit_of(variable: ModelVariable) -> str:
     """The variable's own unit, or that of its type; "" without a unit."""
     return variable.unit or getattr(variable.declaredType, "unit", None) or ""
@@ -76,7 +71,16 @@ def flattened(
     those of FMI 2.0. With `named`, elements have the names and units in the annotations.
     """
     root = etree.fromstring(text)
-    names = _annotated(root) if named else {}
+    names = {
+        variable.get("name", ""): [
+            (line.partition("\t")[0], line.partition("\t")[2])
+            for line in (note.text or "").split("\n")
+        ]
+        for variable in root.iterfind("ModelVariables/*")
+        if named
+        for note in variable.iterfind("Annotations/Annotation")
+        if note.get("type") == ELEMENTS
+    }
     found = {v.name: _elements(v, types, names.get(v.name)) for v in raw.modelVariables}
     elements = {v.valueReference: found[v.name] for v in reversed(raw.modelVariables)}
     for v in raw.modelVariables:
@@ -103,19 +107,6 @@ def add_directional(raw: FmpyDescription, root: Element) -> None:
         if kind is not None and told is not None:
             provided = told.get("providesDirectionalDerivatives") in ("true", "1")
             kind.providesDirectionalDerivative = provided
-
-
-def _annotated(root: Element) -> dict[str, list[tuple[str, str]]]:
-    """Name of an array → names and units of its elements, where an annotation tells them."""
-    return {
-        variable.get("name", ""): [
-            (line.partition("\t")[0], line.partition("\t")[2])
-            for line in (note.text or "").split("\n")
-        ]
-        for variable in root.iterfind("ModelVariables/*")
-        for note in variable.iterfind("Annotations/Annotation")
-        if note.get("type") == ELEMENTS
-    }
 
 
 def _elements(

@@ -1,4 +1,4 @@
-"""Trials of an FMU, for the master before a run and for validation.
+"""Trials of an FMU, for the master before a run.
 
 Dependencies are found by moving one value at a time; rollback is checked by repeating the same
 steps.

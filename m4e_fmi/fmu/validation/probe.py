@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -19,7 +18,7 @@ from typing import NoReturn
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2, Loaded
+from m4e_fmi.fmu.importer.calls import STANDARDS, Loaded
 from m4e_fmi.fmu.importer.calls.access import Arrays
 from m4e_fmi.fmu.importer.messages import (
     ERROR,
@@ -43,10 +42,6 @@ MOST_ITERATIONS = 100
 FACTS = "facts.json"
 """File of what the first group has found for the others; without it, the FMU does not start."""
 SEED = 20
-PATIENCE = 8.0
-"""Seconds after which a group leaves out repetitions, for FMUs that are slow to start or step."""
-GUARD = b"\x5a\xa5guard\x7f" * 4
-"""Stands behind every array the FMU writes into."""
 
 SavedState = tuple[float, ctypes.c_void_p]
 """Time [s] of a saved state, and the FMU's pointer to it."""
@@ -76,9 +71,7 @@ class Context:
     """One group's process: `folder` is for files that the next group reads.
 
     From the first group, inputs may vary by `amplitude` times their scale, and `works` names the
-    declared capabilities that are really there. `overruns` are the calls that wrote outside their
-    array. `pace` is by how much inputs and communication steps are smaller than the FMU's own,
-    `holds` whether its values hold between steps of a solver inside: see `samples`.
+    declared capabilities that are really there.
     """
 
     subject: FmuUnderTest
@@ -86,22 +79,8 @@ class Context:
     folder: Path
     amplitude: float = 0.0
     works: list[str] = field(default_factory=list)
-    overruns: list[str] = field(default_factory=list)
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(SEED))
-    began: float = field(default_factory=time.monotonic)
-    pace: float = 1.0
-    holds: bool = False
     _loaded: dict[bool, Loaded] = field(default_factory=dict)
-
-    @property
-    def step_size(self) -> float:
-        """The communication step to go by [s]."""
-        return self.pace * self.subject.step_size
-
-    @property
-    def late(self) -> bool:
-        """True if the group has taken longer than PATIENCE."""
-        return time.monotonic() - self.began > PATIENCE
 
     def loaded(self, *, exchange: bool) -> Loaded:
         """The library, loaded once, with the functions of model exchange or of co-simulation."""
@@ -114,51 +93,22 @@ class Context:
                     unzipDirectory=str(self.subject.folder),
                     modelIdentifier=self.subject.kind(exchange=exchange).modelIdentifier,
                     instanceName="validation",
-                    requireFunctions=False,
                 )
             finally:
                 os.chdir(here)  # loading leaves the process elsewhere when it fails
             self._loaded[exchange] = Loaded(found.dll, "", raw.guid, self.subject.folder)
         return self._loaded[exchange]
 
-    def new_probe(self, *, exchange: bool = False, name: str = "validation") -> Probe:
-        """A new instance; RefusedError if the FMU makes none."""
-        probe = Probe(self, exchange=exchange, name=name)
-        if not probe.fmu.component:
-            raise RefusedError(INSTANTIATE, ERROR, probe.words())
-        return probe
-
     @contextmanager
     def probe(
         self, *, exchange: bool = False, name: str = "validation"
     ) -> Generator[Probe, None, None]:
         """An instance that is freed afterwards, whatever happened."""
-        probe = self.new_probe(exchange=exchange, name=name)
+        probe = Probe(self, exchange=exchange, name=name)
         try:
             yield probe
         finally:
             probe.free()
-
-    def course(
-        self,
-        variables: Sequence[ModelVariable],
-        sizes: Sequence[float] | np.ndarray,
-        *,
-        inputs: np.ndarray | None = None,
-        exchange: bool = False,
-    ) -> np.ndarray:
-        """Values (n_steps + 1, n_variables) of Reals, in their units, at the start and after steps.
-
-        These have `sizes` (n_steps,) [s]. The FMU begins with its own inputs, or with constant
-        `inputs` (n_inputs,), in their units.
-        """
-        with self.probe(exchange=exchange) as probe:
-            probe.begin(initial_inputs=inputs)
-            seen = [probe.read(variables)]
-            for size in sizes:
-                probe.advance(size)
-                seen.append(probe.read(variables))
-            return np.array(seen)
 
     def random_inputs(self, count: int = 1) -> np.ndarray:
         """Random continuous inputs (count, n_inputs), in their units.
@@ -172,7 +122,7 @@ class Context:
 
     def random(self, variables: list[ModelVariable], count: int = 1) -> np.ndarray:
         """Random values (count, n_variables) around the start values and in the limits, in SI."""
-        size = self.pace * self.amplitude * np.array([scale(v) for v in variables])
+        size = self.amplitude * np.array([scale(v) for v in variables])
         middle = np.array([start(v) for v in variables])
         values = middle + size * self.rng.uniform(-1, 1, (count, len(variables)))
         for k, variable in enumerate(variables):
@@ -181,23 +131,13 @@ class Context:
 
 
 class Probe:
-    """One instance, in co-simulation without event mode unless `events`.
+    """One instance, in co-simulation without event mode; RefusedError if the FMU makes none.
 
     All calls are allowed, and raise RefusedError if the answer is not OK or Warning.
-    Without an instance `fmu.component` is null.
     """
 
-    def __init__(
-        self,
-        context: Context,
-        *,
-        exchange: bool,
-        name: str,
-        guid: str | None = None,
-        events: bool = False,
-    ) -> None:
+    def __init__(self, context: Context, *, exchange: bool, name: str = "validation") -> None:
         self.subject, self.exchange, self.time = context.subject, exchange, 0.0
-        self._overruns = context.overruns
         self._messages = Messages()
         self._last_set: dict[int, np.ndarray] = {}
         starts = self.subject.array_starts if self.subject.fmi_3 else {}
@@ -208,9 +148,11 @@ class Probe:
             sizes={reference: len(values) for reference, values in starts.items()},
             journal=context.journal,
         )
-        context.journal(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
+        context.journal(f"instantiation({name!r})")
         with suppress(RuntimeError):
-            self.fmu.instantiate(name, self._messages, token=guid, exchange=exchange, events=events)
+            self.fmu.instantiate(name, self._messages, exchange=exchange)
+        if not self.fmu.component:
+            raise RefusedError(INSTANTIATE, ERROR, self.words())
 
     # ---- calls ----
 
@@ -317,13 +259,10 @@ class Probe:
         return self._filled(arrays.count, fill, deed)[list(arrays.places)]
 
     def _filled(self, count: int, fill: _Fill, deed: str = "") -> np.ndarray:
-        """An array (count,) that `fill` fills, which has a guard behind it."""
-        room = np.concatenate([np.full(count, np.nan), np.frombuffer(GUARD)])
-        status = fill(room[:count])
-        if room[count:].tobytes() != GUARD:
-            self._overruns.append(self._last_function)
-        self.require(status, deed or self._last_function)
-        return room[:count]
+        """An array (count,) that `fill` fills."""
+        room = np.full(count, np.nan)
+        self.require(fill(room), deed or self._last_function)
+        return room
 
     @property
     def _last_function(self) -> str:
@@ -350,36 +289,13 @@ class Probe:
     # ---- derivatives ----
 
     def sensitivity(
-        self,
-        unknowns: Sequence[ModelVariable],
-        knowns: Sequence[ModelVariable],
-        seed: np.ndarray,
-        *,
-        adjoint: bool = False,
+        self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable]
     ) -> np.ndarray:
-        """Change (n_unknowns,) of `unknowns`, in their units, for the change `seed` of `knowns`.
-
-        `seed` (n_knowns,) is in their units. In FMI 3.0 also `adjoint`: the derivatives (n_knowns,)
-        of the sum of `unknowns` with the weights `seed` (n_unknowns,) [1] by each of `knowns`.
-        """
+        """Change (n_unknowns,) of `unknowns` for the change of each of `knowns` by 1, in SI."""
         z, v = self._arrays(unknowns), self._arrays(knowns)
-        wanted, given = (v, z) if adjoint else (z, v)
-        function = "GetAdjointDerivative" if adjoint else "GetDirectionalDerivative"
-        data = np.zeros(given.count)
-        np.add.at(data, list(given.places), seed)
-        return self._elements(wanted, lambda to: self.fmu.sensitivity(function, z, v, data, to))
-
-    def output_derivatives(self, outputs: Sequence[ModelVariable]) -> np.ndarray:
-        """First time derivatives (n_outputs,) of outputs, in SI."""
-        y = self._arrays(outputs)
-        return self._elements(y, lambda to: self.fmu.output_derivatives(y, to))
-
-    def set_input_derivatives(self, inputs: Sequence[ModelVariable], rates: np.ndarray) -> None:
-        """Set first time derivatives of inputs to `rates` (n_inputs,), in SI; for FMI 2.0 only."""
-        assert isinstance(self.fmu, Fmi2)
-        data = np.ascontiguousarray(rates, dtype=np.float64)
-        references = [v.valueReference for v in inputs]
-        self.require(self.fmu.set_input_derivatives(references, 1, data))
+        seed = np.zeros(v.count)
+        seed[list(v.places)] = 1.0
+        return self._elements(z, lambda to: self.fmu.sensitivity(z, v, seed, to))
 
     # ---- state ----
 

@@ -35,16 +35,12 @@ PACKAGE = "m4e_fmi.fmu.validation.checks"
 MODULES = {
     "start": "start",
     "dependencies": "influence",
-    "derivatives": "derivatives",
     "directional": "influence",
     "state": "repeats",
     "state_elsewhere": "repeats",
     "instances": "repeats",
-    "solution": "solutions",
 }
 """Group → module with its `check`, or `check_GROUP`, in the order in which they are run."""
-FOLLOWS = {"state_elsewhere": "state"}
-"""Groups that need what another has left."""
 GROUPS = ("description", *MODULES)
 CALL_LIMIT = 20.0
 """Seconds of wall time after which a call that has not returned is said to hang."""
@@ -232,41 +228,27 @@ def host(work: str, fmu: str, call_limit: str, *groups: str) -> None:
 
 
 def _checked(work: Path, fmu: str, call_limit: float, groups: list[str]) -> Iterator[Group]:
-    start = _all([_START], work, fmu, call_limit)
+    start = _done(_START, work, fmu, call_limit)
     if _START in groups:
-        yield from start
-    rest = [name for name in groups if name != _START]
-    if (work / FACTS).exists():
-        yield from _all(rest, work, fmu, call_limit)
-        return
-    reason = "the FMU does not start, or makes no step"
-    if any(group.failed for group in start):
+        yield start
+    reason = "" if (work / FACTS).exists() else "the FMU does not start, or makes no step"
+    if start.failed:
         reason = "the checks of its start failed to run"
-    yield from (Group(name, skipped=reason) for name in rest)
+    for name in (name for name in groups if name != _START):
+        yield Group(name, skipped=reason) if reason else _done(name, work, fmu, call_limit)
 
 
-def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Group]:
-    """As many at a time as there are processors, in the order given, but see FOLLOWS."""
-    waiting = list(groups)
-    running: dict[str, WatchedProcess] = {}
-    done: dict[str, Group] = {}
+def _done(name: str, work: Path, fmu: str, call_limit: float) -> Group:
+    """The group `name`, from a process of its own."""
+    print(json.dumps(name), flush=True)
+    process = WatchedProcess(name, work, fmu, call_limit)
     try:
-        while waiting or running:
-            for name in [n for n in waiting if FOLLOWS.get(n) not in (*waiting, *running)]:
-                if len(running) < (os.cpu_count() or 1):
-                    waiting.remove(name)
-                    print(json.dumps(name), flush=True)
-                    running[name] = WatchedProcess(name, work, fmu, call_limit)
-            for name, process in list(running.items()):
-                if (ending := process.ending()) is not None:
-                    seconds = time.monotonic() - process.began
-                    done[name] = _outcome(name, work, *ending, seconds)
-                    del running[name]
+        while (ending := process.ending()) is None:
             time.sleep(_POLL)
-    finally:
-        for process in running.values():
-            kill(process.pid)
-    return [done[name] for name in groups]
+    except BaseException:
+        kill(process.pid)
+        raise
+    return _outcome(name, work, *ending, time.monotonic() - process.began)
 
 
 def _outcome(name: str, work: Path, how: str, message: str, seconds: float) -> Group:
@@ -334,8 +316,3 @@ def _results(group: str, folder: Path, fmu: Path) -> Iterable[Mapping[str, objec
                 yield asdict(found.of(version))
     except RefusedError as error:
         yield asdict(refused(group, error).of(version))
-    if context.overruns:
-        functions = ", ".join(sorted(set(context.overruns)))
-        message = f"wrote behind the end of the array it was given: {functions}"
-        basis = "FMI 2.0.4, section 2.1.7"
-        yield asdict(Finding("memory.overrun", "error", message, basis).of(version))

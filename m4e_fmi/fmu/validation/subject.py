@@ -105,14 +105,8 @@ class FmuUnderTest:
 
 def scale(variable: ModelVariable) -> float:
     """The size of the values that a Real is made for."""
-    size = nominal(variable)
-    return size if size is not None and size > 0 else abs(start(variable)) or 1.0
-
-
-def nominal(variable: ModelVariable) -> float | None:
-    """The nominal value of a Real, from itself or its declared type."""
-    value = declared_number(variable, "nominal", math.nan)
-    return None if math.isnan(value) else value
+    size = declared_number(variable, "nominal", math.nan)
+    return size if size > 0 else abs(start(variable)) or 1.0
 
 
 def start(variable: ModelVariable) -> float:

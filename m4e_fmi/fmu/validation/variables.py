@@ -1,4 +1,4 @@
-"""Variables against one another: names, aliases, limits, start values, derivatives, units.
+"""Variables against one another: aliases, limits, start values, derivatives, units.
 
 Units: that of a derivative, exponents against the unit's name, variables without one.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from fmpy.model_description import BaseUnit, ModelVariable
 
@@ -33,18 +33,6 @@ def check_variables(subject: FmuUnderTest) -> Iterator[Finding]:
             message = f"{rate.name} is listed among the derivatives, but is declared as none"
             basis = "FMI 2.0.4, section 2.2.8: needs the attribute `derivative`"
             yield Finding("derivatives.undeclared", "error", message, basis)
-
-
-def check_names(names: Iterable[str]) -> Iterator[Finding]:
-    """A finding if some `names` differ only in upper and lower case."""
-    spellings: dict[str, list[str]] = defaultdict(list)
-    for name in names:
-        spellings[name.casefold()].append(name)
-    alike = [list(dict.fromkeys(found)) for found in spellings.values()]
-    alike = [" and ".join(found) for found in alike if len(found) > 1]
-    message = "names that differ only in upper and lower case"
-    basis = "FMI 2.0.4, section 2.2.7, allows it, but some tools ignore case: rename them"
-    yield from about(alike, "variables.case", "warning", message, basis)
 
 
 def _settable(variable: ModelVariable) -> bool:

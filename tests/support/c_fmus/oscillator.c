@@ -13,12 +13,12 @@ enum { MASS, DAMPING, STIFFNESS, RATIO, FORCE, X, V, A, POWER, LOAD, STRETCH, Z,
 enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, CONTINUOUS = 8, STEP = 16, FAILED = 32, TERMINATED = 64 };
 enum { RUNNING = EVENT | CONTINUOUS | STEP, LATER = RUNNING | INITIALIZATION | FAILED | TERMINATED, ANY = LATER | INSTANTIATED };
 static const double start[N] = {[MASS] = 2, [DAMPING] = 0.3, [STIFFNESS] = 5, [FORCE] = 0.5, [X] = 0.4, [Z] = 0.1};
-static const double CUBIC = 0.8, TAU = 0.2, LARGEST_SUBSTEP = 0.001, OWN_STEP = 0.01;
+static const double CUBIC = 0.8, TAU = 0.2, LARGEST_SUBSTEP = 0.001;
 
 typedef struct {
     double r[N];
     double slope; /* of the force during the next step */
-    double t, stop, own; /* own: the time that steps of its own have reached */
+    double t, stop;
     int phase;
 } Values;
 typedef struct {
@@ -47,9 +47,6 @@ static double shared;
 
 static double stiffness(const Model *m) {
     double k = m->now.r[STIFFNESS];
-#ifdef DEFECT_CS_DIFFERS
-    if (m->type == fmi2CoSimulation) k *= 1.02;
-#endif
     return k;
 }
 
@@ -100,10 +97,6 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         return NULL;
     }
     Model *m = calloc(1, sizeof *m);
-#ifdef DEFECT_LEAK
-    static void *volatile leaked;
-    leaked = memset(malloc(1 << 20), 1, 1 << 20);
-#endif
     memcpy(&m->callbacks, functions, sizeof *functions);
     m->type = type;
     m->name = strcpy(malloc(strlen(name) + 1), name);
@@ -158,9 +151,6 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
         v[i] = m->now.r[vr[i] % N];
         if (!isfinite(v[i])) status = fmi2Discard;
     }
-#ifdef DEFECT_OVERRUN
-    if (n == N) v[n] = 0;
-#endif
     return status == fmi2OK ? status : tell(m, status, "a value is not finite");
 }
 
@@ -220,9 +210,6 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     d[V] = m->now.r[A];
     d[Z] = m->now.r[RATE];
     change(m, d);
-#ifdef DEFECT_OUTPUT_DERIVATIVE
-    d[LOAD] *= 1.1;
-#endif
     for (size_t i = 0; i < n; i++) v[i] = d[vr[i]];
     return fmi2OK;
 }
@@ -230,9 +217,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     ENTER(INSTANTIATED | INITIALIZATION | STEP);
     for (size_t i = 0; i < n; i++) {
         CHECK(vr[i] == FORCE && order[i] == 1, "only the force, only first order");
-#ifndef DEFECT_INPUT_DERIVATIVE
         m->now.slope = v[i];
-#endif
     }
     return fmi2OK;
 }
@@ -240,19 +225,10 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 /* Runge and Kutta's method in short steps; 0 if the solution is lost. */
 static int integrate(Model *m, double h) {
     double *r = m->now.r, s[3] = {r[X], r[V], FILTERED(m)};
-#ifdef DEFECT_OWN_STEP
-    long n = 1;
-#else
     long n = (long)ceil(h / LARGEST_SUBSTEP);
-#endif
     double d = h / n;
     for (long j = 0; j < n && isfinite(s[0]); j++) {
         double k[4][3], y[3];
-#if defined DEFECT_EULER || defined DEFECT_OWN_STEP
-        rates(m, r[FORCE] + m->now.slope * (j + 0.5) * d, s, k[0]);
-        for (int q = 0; q < 3; q++) s[q] += d * k[0][q];
-        continue;
-#endif
         for (int i = 0; i < 4; i++) {
             double part = i == 0 ? 0 : i == 3 ? 1 : 0.5;
             for (int q = 0; q < 3; q++) y[q] = s[q] + (i ? part * d * k[i - 1][q] : 0);
@@ -275,13 +251,6 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean final
     CHECK(t + h <= m->now.stop + 1e-9, "past the stop time");
     CHECK(h < 1e6, "too long a step");
     double size = h;
-#ifdef DEFECT_STEP_SIZE
-    size = 0.01;
-#endif
-#ifdef DEFECT_OWN_STEP
-    for (; m->now.own + OWN_STEP < t + h + 1e-9; m->now.own += OWN_STEP) integrate(m, OWN_STEP);
-    size = 0;
-#endif
     if (size > 0 && !integrate(m, size)) {
         m->now.phase = FAILED;
         return tell(m, fmi2Discard, "the solution is lost");
@@ -345,9 +314,6 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {
 }
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) {
     *n = sizeof(Values);
-#ifdef DEFECT_SERIALISED_SIZE
-    *n -= 8;
-#endif
     return fmi2OK;
 }
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n) {

@@ -26,8 +26,6 @@ from m4e_adapters.moordyn.ready_files.read_file import (
 )
 from m4e_fmi.errors import suggestion
 
-FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
-"""A number with an exponent that only Fortran knows: 5.83D8."""
 Column = tuple[str, float, float]
 """Name of a number, its least and its largest value [SI; degrees]."""
 PLACE, ANGLE = ("coordinate", -1e7, 1e7), ("angle", -360.0, 360.0)
@@ -120,12 +118,6 @@ def check(file: ReadFile) -> None:
     for section in TABLES:
         for row in file.rows(section):
             _check_numbers(file, section, row)
-    for section in ("bodies", "rods", "points", "lines"):
-        for k, row in enumerate(file.rows(section), 1):
-            if row.words[0] != str(k):
-                message = f"number {row.words[0]} where {k} is expected"
-                remedy = f"number the {section} 1, 2, 3, … in the order of the file"
-                file.wrong(row, message, remedy, 0)
     for section in ("line types", "rod types"):
         names: set[str] = set()
         for row in file.rows(section):
@@ -202,9 +194,6 @@ def _check_number(
     remedy = "give all columns of the row, in SI units (angles in degrees); no names of files"
     if row in file.rows("options"):
         remedy = "remove the line for the default; data in other files are not supported"
-    fortran = FORTRAN.fullmatch(word)
-    if fortran:
-        remedy = f"MoorDyn would read {fortran[1]}: write {'E'.join(fortran.groups())}"
     file.wrong(row, message, remedy, k)
 
 

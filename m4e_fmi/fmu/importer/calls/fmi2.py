@@ -83,7 +83,6 @@ class Fmi2(Standard):
         name: str,
         messages: Messages,
         *,
-        token: str | None = None,
         exchange: bool = False,
         events: bool = False,
     ) -> None:
@@ -92,7 +91,7 @@ class Fmi2(Standard):
         self.component = self.function("fmi2Instantiate")(
             name.encode("utf-8"),
             fmi2.fmi2ModelExchange if exchange else fmi2.fmi2CoSimulation,
-            (self._loaded.guid if token is None else token).encode("utf-8"),
+            self._loaded.guid.encode("utf-8"),
             (self._loaded.folder / "resources").as_uri().encode("utf-8"),
             ctypes.byref(messages.callbacks),
             fmi2.fmi2False,
@@ -218,11 +217,10 @@ class Fmi1(Fmi2):
         name: str,
         messages: Messages,
         *,
-        token: str | None = None,
         exchange: bool = False,
         events: bool = False,
     ) -> None:
-        del token, exchange, events
+        del exchange, events
         self.component = self.function("fmi2InstantiateSlave")(
             name.encode("utf-8"),
             self._loaded.guid.encode("utf-8"),

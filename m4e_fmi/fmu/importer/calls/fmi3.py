@@ -58,7 +58,6 @@ _RENAMED = {
     "GetReal": "GetFloat64",
     "SetReal": "SetFloat64",
     "GetDerivatives": "GetContinuousStateDerivatives",
-    "GetRealOutputDerivatives": "GetOutputDerivatives",
     "GetFMUstate": "GetFMUState",
     "SetFMUstate": "SetFMUState",
     "FreeFMUstate": "FreeFMUState",
@@ -144,13 +143,11 @@ class Fmi3(Standard):
         name: str,
         messages: Messages,
         *,
-        token: str | None = None,
         exchange: bool = False,
         events: bool = False,
     ) -> None:
-        guid = self._loaded.guid if token is None else token
         resources = f"{self._loaded.folder / 'resources'}{os.sep}".encode()
-        first = (name.encode("utf-8"), guid.encode("utf-8"), resources, False, True)
+        first = (name.encode("utf-8"), self._loaded.guid.encode("utf-8"), resources, False, True)
         log = self._log = fmi3.fmi3LogMessageCallback(messages.add_3)  # kept as long as this is
         if exchange:
             made = self.function("fmi2InstantiateModelExchange")(*first, None, log)

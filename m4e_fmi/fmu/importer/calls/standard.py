@@ -131,14 +131,12 @@ class Standard(ABC):
         name: str,
         messages: Messages,
         *,
-        token: str | None = None,
         exchange: bool = False,
         events: bool = False,
     ) -> None:
         """Make the instance, in model exchange if `exchange`; RuntimeError if the FMU makes none.
 
-        With another GUID than that of the description if there is a `token`; with event mode in
-        co-simulation if `events` (FMI 3.0), or without where the FMU refuses that.
+        With event mode in co-simulation if `events` (FMI 3.0), or without where the FMU refuses it.
         """
 
     @abstractmethod
@@ -268,23 +266,16 @@ class Standard(ABC):
         return self.call("SetReal", *references_of(arrays), *self._values(values))
 
     def sensitivity(
-        self, function: str, unknowns: Arrays, knowns: Arrays, seed: np.ndarray, found: np.ndarray
+        self, unknowns: Arrays, knowns: Arrays, seed: np.ndarray, found: np.ndarray
     ) -> Status:
         """Write the change of the unknowns for a change of the knowns.
 
-        `found` (n_unknowns,) and `seed` (n_knowns,) are in the variables' units; the other way
-        round for FMI 3.0's GetAdjointDerivative.
+        `found` (n_unknowns,) and `seed` (n_knowns,) are in the variables' units.
         """
+        function = "GetDirectionalDerivative"
         variables = *references_of(unknowns), *references_of(knowns)
         values = *self._values(seed), *self._values(found)
         return self.call(function, *variables, *values, note=f"{len(found)} values")
-
-    def output_derivatives(self, outputs: Arrays, found: np.ndarray) -> Status:
-        """First time derivatives of the outputs, into `found` (n_elements,), in SI."""
-        references, count = references_of(outputs)
-        arguments = references, count, (ctypes.c_int32 * count)(*[1] * count)
-        note = f"{len(found)} values"
-        return self.call("GetRealOutputDerivatives", *arguments, *self._values(found), note=note)
 
     def _values(self, values: np.ndarray) -> tuple[object, ...]:
         return (pointer_to(values), len(values)) if self.SIZED else (pointer_to(values),)
@@ -344,11 +335,10 @@ class Standard(ABC):
         self.do("SerializedFMUstateSize", handle, ctypes.byref(size))
         return size.value
 
-    def state_bytes(self, handle: ctypes.c_void_p, behind: bytes = b"") -> bytes:
-        """The FMU's bytes for a state, for another process, and some `behind` as they are then."""
+    def state_bytes(self, handle: ctypes.c_void_p) -> bytes:
+        """The FMU's bytes for a state, for another process."""
         size = self.state_size(handle)
-        room = (self.BYTE * (size + len(behind)))()
-        ctypes.memmove(ctypes.addressof(room) + size, behind, len(behind))
+        room = (self.BYTE * size)()
         self.do("SerializeFMUstate", handle, room, size, note=f"{size} bytes")
         return bytes(room)
 
@@ -372,7 +362,7 @@ class Standard(ABC):
         z, v = (self.arrays([x.value_reference]) for x in (output, known))
         seed, found = np.zeros(v.count), np.zeros(z.count)
         seed[v.places[0]] = 1.0
-        status = self.sensitivity("GetDirectionalDerivative", z, v, seed, found)
+        status = self.sensitivity(z, v, seed, found)
         self.check(status, "fmi2GetDirectionalDerivative")
         return float(found[z.places[0]])
 

@@ -4,6 +4,9 @@ There are three places where known values are set and unknown ones read: initial
 values → initial unknowns), a communication point of co-simulation (inputs → outputs),
 continuous-time mode of model exchange (states and inputs → rates and outputs). What ModelStructure
 declares, and directional derivatives, are compared with what changes there.
+
+Differences have an error estimate from the values themselves (Richardson). Source: L. F.
+Richardson, "The deferred approach to the limit", Phil. Trans. R. Soc. A 226 (1927).
 """
 
 from __future__ import annotations
@@ -16,8 +19,6 @@ import numpy as np
 from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.elements import FmpyUnknown, owner
-from m4e_fmi.fmu.importer.questions import moved
-from m4e_fmi.fmu.validation.checks.samples import SAFETY, Slope, central
 from m4e_fmi.fmu.validation.findings import Finding, about
 from m4e_fmi.fmu.validation.probe import Context, Probe, RefusedError
 from m4e_fmi.fmu.validation.subject import limits, scale, within
@@ -33,16 +34,15 @@ CHANGE = 0.1
 SIGNIFICANT = 1e-9
 """Part of an unknown's own size below which a change may be rounding or iteration noise: a million
 roundings, a tenth of the tolerance the FMU is asked for."""
-LINEAR_KINDS = ("constant", "fixed", "tunable")
 BASIS, DIRECTIONAL_BASIS = "FMI 2.0.4, section 2.2.8", "FMI 2.0.4, section 2.1.9"
 STEPS = np.array([1.0, 2.0, 4.0]) * 2.0**-10
 """Of the differences, in scales of the known. The sixth root of the machine's precision, about
 2⁻⁹, balances rounding with the error left by the extrapolation."""
+SAFETY = 10.0
+"""Between an error estimate and what is called a contradiction."""
 CLEAR = 0.01
 """Differences tell something where their error is below this part of the column's largest entry."""
-ADJOINT_BASIS = "FMI 3.0, fmi3GetAdjointDerivative"
 CAPABILITY = "providesDirectionalDerivative"
-ADJOINT = "providesAdjointDerivatives"
 
 
 @dataclass
@@ -63,7 +63,7 @@ class WorkingPoint:
         """Bring a new instance here."""
         context = self.context
         exchange = self.name == EXCHANGE or not context.subject.steps
-        self.probe = context.new_probe(exchange=exchange)
+        self.probe = Probe(context, exchange=exchange)
         if self.name == INITIAL:
             self.probe.setup()
             self.probe.fmu.enter_initialization()
@@ -93,7 +93,7 @@ class WorkingPoint:
         return found if np.isfinite(found).all() else None
 
     def states_fit(self) -> bool:
-        """True if the declared states are those of the state vector; `derivatives` tells if not."""
+        """True if the declared states are those of the state vector; `start` tells if not."""
         states = self.context.subject.states
         self.probe.set_states(self.context.random(states)[0])
         variables = self.probe.read(states)
@@ -126,68 +126,49 @@ def places(context: Context) -> Iterator[WorkingPoint]:
 # ---- dependencies ----
 
 
-_Measured = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""By unknown and known: where a change was seen, where it is not linear, and the slopes.
-
-These have a further first axis, the points; nan where there was no answer.
-"""
-
-
 def check_dependencies(context: Context) -> Iterator[Finding | str]:
     """Dependencies that contradict what changes, and a reason if there are none."""
     found = False
     for place in places(context):
         found = True
-        yield from _declared_findings(place, *_measure(place))
+        yield from _declared_findings(place, _measure(place))
     if not found:
         yield "there is nothing that could depend on anything"
 
 
-def _measure(place: WorkingPoint) -> _Measured:
-    size = (len(place.unknowns), len(place.knowns))
-    changes, bends = np.zeros(size, bool), np.zeros(size, bool)
-    slopes: list[np.ndarray] = []
+def _measure(place: WorkingPoint) -> np.ndarray:
+    """By unknown and known: where a change was seen, booleans (n_unknowns, n_knowns)."""
+    changes = np.zeros((len(place.unknowns), len(place.knowns)), bool)
     began = time.monotonic()
-    for values in place.context.random(place.knowns, POINTS):
-        if slopes and time.monotonic() - began > SECONDS:
+    for number, values in enumerate(place.context.random(place.knowns, POINTS)):
+        if number and time.monotonic() - began > SECONDS:
             break
-        slope = np.full(size, np.nan)
         for k in range(len(place.knowns)):
-            column = _column(place, values, k)
-            if column is not None:
-                changes[:, k] |= column[0]
-                bends[:, k] |= column[1]
-                slope[:, k] = column[2]
-        slopes.append(slope)
-    return changes, bends, np.array(slopes)
+            changes[:, k] |= _changed(place, values, k)
+    return changes
 
 
-def _column(
-    place: WorkingPoint, values: np.ndarray, k: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Of each unknown: whether it changes with known k, bends, and its slope."""
-    known = place.knowns[k]
-    up, down = values.copy(), values.copy()
-    change = CHANGE * scale(known)
-    up[k], down[k] = within(known, values[k] + change), within(known, values[k] - change)
-    (middle, above, _), (_, below, again) = moved(place.evaluate, values, (up, down))
-    if middle is None or above is None or below is None or again is None or up[k] == down[k]:
-        return None
+def _changed(place: WorkingPoint, values: np.ndarray, k: int) -> np.ndarray:
+    """Unknowns that change with known k, booleans (n_unknowns,); none without an answer."""
+    known, found = place.knowns[k], [place.evaluate(values)]
+    for sign in (1, -1):
+        other = values.copy()
+        other[k] = within(known, values[k] + sign * CHANGE * scale(known))
+        found += [place.evaluate(other), place.evaluate(values)]
+    rows = [row for row in found if row is not None]
+    if len(rows) < len(found):
+        return np.zeros(len(place.unknowns), bool)
+    middle, above, _, below, again = rows
     largest = np.max(np.abs([middle, above, below]), axis=0)
     noise = 10 * np.abs(again - middle) + SIGNIFICANT * largest
-    differs = np.maximum(np.abs(above - middle), np.abs(below - middle)) > noise
-    span = up[k] - down[k]
-    straight = below + (above - below) * (values[k] - down[k]) / span
-    return differs, np.abs(straight - middle) > noise, (above - below) / span
+    return np.maximum(np.abs(above - middle), np.abs(below - middle)) > noise
 
 
-def _declared_findings(
-    place: WorkingPoint, changes: np.ndarray, bends: np.ndarray, slopes: np.ndarray
-) -> Iterator[Finding]:
-    undeclared, extra, unseen, wrong_kind = (list[str]() for _ in range(4))
+def _declared_findings(place: WorkingPoint, changes: np.ndarray) -> Iterator[Finding]:
+    undeclared, extra, unseen = (list[str]() for _ in range(3))
     # arrays declare dependencies as a whole: one of a pair of elements is enough
     seen = {(owner(place.unknowns[row]), owner(place.knowns[k])) for row, k in np.argwhere(changes)}
-    column = {known.name: k for k, known in enumerate(place.knowns)}
+    known_names = {known.name for known in place.knowns}
     for row, entry in enumerate(place.declared):
         unknown = entry.variable
         if entry.dependencies is None:
@@ -198,24 +179,14 @@ def _declared_findings(
             itself = known.valueReference == unknown.valueReference
             if has_changed and known.name not in names and not itself:
                 extra.append(f"{unknown.name} ← {known.name}")
-        for name, kind in zip(names, entry.dependenciesKind or [], strict=False):
-            k = column.get(name)
-            if (
-                k is not None
-                and kind in LINEAR_KINDS
-                and _varies(changes[row, k], bends[row, k], slopes[:, row, k])
-            ):
-                wrong_kind.append(f"{unknown.name} ← {name} ({kind})")
         unseen += [
             f"{unknown.name} ← {v.name}"
             for v in entry.dependencies
-            if v.name in column and (owner(unknown), owner(v)) not in seen
+            if v.name in known_names and (owner(unknown), owner(v)) not in seen
         ]
     where = f"in {place.name} {{count}}"
     message = f"{where} undeclared dependencies"
     yield from about(extra, "dependencies.missing", "error", message, BASIS)
-    message, basis = f"{where} factors are not what is declared", f"{BASIS}, dependenciesKind"
-    yield from about(wrong_kind, "dependencies.kind", "error", message, basis)
     if place.name != INITIAL:
         message = f"{where} declared dependencies were never seen"
         basis = "fewer make fewer algebraic loops"
@@ -224,87 +195,42 @@ def _declared_findings(
     yield from about(undeclared, "dependencies.undeclared", "note", message, basis)
 
 
-def _varies(changes: np.bool, bends: np.bool, slopes: np.ndarray) -> bool:
-    """True if the factor between two variables, whose `slopes` (n_points,) these are, varies."""
-    slopes = slopes[np.isfinite(slopes)]
-    if not len(slopes) or bends:
-        return bool(bends)
-    return bool(np.ptp(slopes) > 1e-6 * np.max(np.abs(slopes)) and changes)
-
-
 # ---- directional derivatives ----
 
 
 def check_directional(context: Context) -> Iterator[Finding | str]:
     """Directional derivatives that contradict differences."""
-    works = context.works
-    if not any(name.startswith((CAPABILITY, ADJOINT)) for name in works):
+    if not any(name.startswith(CAPABILITY) for name in context.works):
         yield f"{CAPABILITY} is not declared, or not there"
         return
-    ways = (
-        (CAPABILITY, DIRECTIONAL_BASIS, _directional_findings),
-        (ADJOINT, ADJOINT_BASIS, _adjoint_findings),
-    )
     for place in places(context):
         way = " (model exchange)" if place.probe.exchange else ""
-        for capability, basis, findings in ways:
-            try:
-                if capability + way in works and place.unknowns:
-                    yield from findings(place)
-            except RefusedError as error:
-                message = f"in {place.name}: {error}"
-                yield Finding("directional.refused", "error", message, basis, error.words)
-
-
-def _directional_findings(place: WorkingPoint) -> Iterator[Finding]:
-    wrong, not_linear = list[str](), list[str]()
-    began = time.monotonic()
-    for values in place.context.random(place.knowns, DIRECTIONAL_POINTS):
-        if time.monotonic() - began < SECONDS:
-            wrong += _wrong_entries(place, values)
-            not_linear += _not_linear(place, values)
-    message = f"in {place.name} {{count}} entries contradict differences"
-    yield from about(wrong, "directional.mismatch", "error", message, DIRECTIONAL_BASIS)
-    if not wrong:
-        message = f"in {place.name} not linear in the seed"
-        yield from about(not_linear, "directional.linear", "error", message, DIRECTIONAL_BASIS)
-
-
-def _adjoint_findings(place: WorkingPoint) -> Iterator[Finding]:
-    wrong = _wrong_adjoint(place, place.context.random(place.knowns)[0])
-    message = f"in {place.name} the adjoint contradicts differences"
-    yield from about(wrong, "directional.adjoint", "error", message, ADJOINT_BASIS)
-
-
-def _wrong_adjoint(place: WorkingPoint, values: np.ndarray) -> list[str]:
-    """Knowns by which the derivative of a weighted sum of all unknowns is wrong."""
-    estimates = [_differences(place, values, k) for k in range(len(place.knowns))]
-    if place.evaluate(values) is None:
-        return []
-    seed = place.context.rng.uniform(0.5, 1.5, len(place.unknowns))
-    told = place.probe.sensitivity(place.unknowns, place.knowns, seed, adjoint=True)
-    found = []
-    for known, slope, expected in zip(place.knowns, told, estimates, strict=True):
-        if expected is None or (place.name == STEPPING and not expected.value.any()):
+        if CAPABILITY + way not in context.works or not place.unknowns:
             continue
-        error = SAFETY * (seed @ expected.error)
-        largest = max(abs(slope), np.max(np.abs(expected.value)))
-        if abs(slope - seed @ expected.value) > error and error < CLEAR * largest:
-            found.append(f"by {known.name}")
-    return found
+        wrong, began = list[str](), time.monotonic()
+        try:
+            for values in context.random(place.knowns, DIRECTIONAL_POINTS):
+                if time.monotonic() - began < SECONDS:
+                    wrong += _wrong_entries(place, values)
+        except RefusedError as error:
+            message = f"in {place.name}: {error}"
+            yield Finding("directional.refused", "error", message, DIRECTIONAL_BASIS, error.words)
+        message = f"in {place.name} {{count}} entries contradict differences"
+        yield from about(wrong, "directional.mismatch", "error", message, DIRECTIONAL_BASIS)
 
 
 def _wrong_entries(place: WorkingPoint, values: np.ndarray) -> list[str]:
+    """Unknowns and knowns whose directional derivative at `values` (n_knowns,) is wrong."""
     found = []
     for k, known in enumerate(place.knowns):
-        expected = _differences(place, values, k)
-        if expected is None or place.evaluate(values) is None:
+        differences = _differences(place, values, k)
+        if differences is None or place.evaluate(values) is None:
             continue
-        told = place.probe.sensitivity(place.unknowns, [known], np.ones(1))
-        largest = max(np.max(np.abs(told)), np.max(np.abs(expected.value)))
-        error = SAFETY * expected.error
-        wrong = (np.abs(told - expected.value) > error) & (error < CLEAR * largest)
-        if place.name == STEPPING and not expected.value.any():
+        expected, error = differences
+        told = place.probe.sensitivity(place.unknowns, [known])
+        largest = max(np.max(np.abs(told)), np.max(np.abs(expected)))
+        wrong = (np.abs(told - expected) > SAFETY * error) & (SAFETY * error < CLEAR * largest)
+        if place.name == STEPPING and not expected.any():
             continue  # outputs that follow inputs only after a step
         found += [
             f"∂{v.name}/∂{known.name}" for v, w in zip(place.unknowns, wrong, strict=True) if w
@@ -312,33 +238,31 @@ def _wrong_entries(place: WorkingPoint, values: np.ndarray) -> list[str]:
     return found
 
 
-def _differences(place: WorkingPoint, values: np.ndarray, k: int) -> Slope | None:
+def _differences(
+    place: WorkingPoint, values: np.ndarray, k: int
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Derivatives (n_unknowns,) by known k from central differences, and a bound on their error.
+
+    The error covers the extrapolation, the differences between the three steps, and rounding in the
+    largest of all values: small values may be differences of large ones. None where the steps leave
+    the limits of the known, or the FMU has no answer.
+    """
     known = place.knowns[k]
     steps = scale(known) * STEPS
     low, high = limits(known)
     if not low <= values[k] - steps[-1] <= values[k] + steps[-1] <= high:
         return None
     rows = []
-    for sign in (1, -1):
-        for step in steps:
-            moved = values.copy()
-            moved[k] += sign * step
-            row = place.evaluate(moved)
-            if row is None:
-                return None
-            rows.append(row)
-    return central(np.array(rows[:3]), np.array(rows[3:]), steps)
-
-
-def _not_linear(place: WorkingPoint, values: np.ndarray) -> list[str]:
-    """Unknowns whose derivative for two knowns at once is not the sum of that for each."""
-    if len(place.knowns) < 2 or place.evaluate(values) is None:
-        return []
-    pair, seed = [place.knowns[0], place.knowns[-1]], np.array([2.0, -3.0])
-    told = place.probe.sensitivity(place.unknowns, pair, seed)
-    parts = np.array([place.probe.sensitivity(place.unknowns, [v], np.ones(1)) for v in pair])
-    terms = np.abs(seed) @ np.abs(parts)
-    # sums within the FMU may cancel: a hundred roundings of the largest, which grow with the seed
-    rounding = np.finfo(float).eps * (SAFETY * terms + 100 * np.max(terms))
-    wrong = np.abs(told - seed @ parts) > rounding
-    return [v.name for v, w in zip(place.unknowns, wrong, strict=True) if w]
+    for step in (*steps, *-steps):
+        moved = values.copy()
+        moved[k] += step
+        row = place.evaluate(moved)
+        if row is None:
+            return None
+        rows.append(row)
+    differences = (np.array(rows[:3]) - np.array(rows[3:])) / (2 * steps[:, None])
+    fine, middle, coarse = differences
+    once, before = (4 * fine - middle) / 3, (4 * middle - coarse) / 3
+    rounding = SAFETY * np.finfo(float).eps * np.max(np.abs(rows)) / steps[0]
+    error = np.abs(once - before) + rounding + np.ptp(differences, axis=0)
+    return (16 * once - before) / 15, error

@@ -98,8 +98,6 @@ def test_the_warning_of_a_start(fmus: Fmus, tmp_path: Path, case: dict[str, Any]
     assert bool(lines) == bool(texts)
     assert all(text in lines[0] for text in texts)
     assert len(lines) == bool(texts) or case.get("more")
-    if "exceed the buoyancy" in str(texts):
-        assert "->" not in lines[0]
 
 
 def test_a_hinge_carries_the_weight(fmus: Fmus, tmp_path: Path) -> None:
@@ -227,7 +225,6 @@ def test_joined_bodies_are_judged_as_one(tmp_path: Path) -> None:
     heavy = system.changed(start={"raft.m": "140 t"})
     weight, trim = run(heavy, results=tmp_path / "r.nc").warnings
     assert weight.startswith("raft.body.fore and body.aft: weight and connected forces are 2354.4")
-    assert "they sink by 0.4 m" in weight
     assert "to float there, 40000 kg less" in weight
     assert trim.startswith("raft.body.fore and body.aft: a moment of -1962 kN.m about the middle")
 

@@ -52,7 +52,6 @@ joints:
   axle: {{type: revolute, axis: [0, 1, 0], parent: mast, child: pulley}}
 """
 FIXED, HINGE = "fixed", "revolute, axis: [1, 0, 0]"
-FALLS = HINGE + ", initial: {q: 0.1}"
 RHO, G = 1000.0, 9.81
 
 
@@ -127,29 +126,23 @@ def carrying(folder: Path, *links: str, mass: str = "90e3", foot: str, height: f
 
 
 @pytest.mark.parametrize("foot", [FIXED, HINGE])
-def test_a_body_that_is_carried_counts_at_its_height(foot: str, tmp_path: Path) -> None:
-    """10 t at 25 m: 1962 - 2453 kN.m/rad, and 1 kg of a pulley. At 15 m nothing capsizes."""
-    line, *_ = carrying(tmp_path / "high", foot=foot, height=25.0)
-    assert line.startswith(
-        "barge.body.hull: with mast, pulley it is unstable in roll, with a stiffness of -4.907e+05"
-    )
-    assert "(GM = -0.5 m): without other forces it capsizes: lower the centres of gravity" in line
-    assert carrying(tmp_path / "low", foot=foot, height=15.0) == []
+def test_nothing_is_told_of_the_stability_with_bodies_that_are_carried(
+    foot: str, tmp_path: Path
+) -> None:
+    """10 t at 25 m, which capsize the hull, or do not: that depends on the joint."""
+    assert carrying(tmp_path, foot=foot, height=25.0) == []
 
 
-@pytest.mark.parametrize("foot", [FIXED, FALLS])
-def test_masses_are_advised_without_what_is_carried(foot: str, tmp_path: Path) -> None:
-    """A hinged mast that stands beside its foot falls at the start, and has its weight still."""
+def test_masses_are_advised_without_what_is_carried(tmp_path: Path) -> None:
     wanted = "barge.body.hull.neutral_mass"
-    line, *_ = carrying(tmp_path, mass="neutral", foot=foot, height=15.0)
+    line, *_ = carrying(tmp_path, mass="neutral", foot=FIXED, height=15.0)
     offset = f"hydro.hull.neutral_mass - 10001 -> {wanted}"
     assert f"10001 kg less: change mass, or the connected forces; that is '{offset}'" in line
-    right = carrying(tmp_path, offset, mass="neutral", foot=foot, height=15.0)
-    assert not any("still water carries" in line for line in right)
+    assert carrying(tmp_path, offset, mass="neutral", foot=FIXED, height=15.0) == []
     heavy = f"hydro.hull.neutral_mass - 5001 -> {wanted}"
-    line, *_ = carrying(tmp_path, heavy, mass="neutral", foot=foot, height=15.0)
+    line, *_ = carrying(tmp_path, heavy, mass="neutral", foot=FIXED, height=15.0)
     assert f"that is '{offset}'" in line
     # the neutral mass of 100 t already: 10 t and 1 kg are too much
-    line, *_ = carrying(tmp_path, mass="100e3", foot=foot, height=15.0)
-    assert "with mast, pulley: weight and connected forces are 1079" in line
+    line, *_ = carrying(tmp_path, mass="100e3", foot=FIXED, height=15.0)
+    assert "weight and connected forces are 1079" in line
     assert "to float there, 10001 kg less" in line
