@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.lazy import lazy
 
 if TYPE_CHECKING:
-    from m4e_fmi.report.animation.animate import animate
-    from m4e_fmi.report.animation.results_page import animate_run
+    from m4e_fmi.report.animation.results_page import animate, animate_run
     from m4e_fmi.report.data_files import write_hydro, write_sea, write_waves
     from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
     from m4e_fmi.report.drawing.motion import plot_modes
@@ -105,8 +104,7 @@ __all__ = [
 ]
 
 _MODULES = {
-    "animation.animate": ("animate",),
-    "animation.results_page": ("animate_run",),
+    "animation.results_page": ("animate", "animate_run"),
     "data_files": (
         "write_hydro",
         "write_sea",

@@ -1,9 +1,8 @@
-"""What FMUs of models carry for people: the page, the picture, the reference series."""
+"""What FMUs of models carry for people: the page, the reference series."""
 
 from __future__ import annotations
 
 import hashlib
-import io
 import os
 import re
 import subprocess
@@ -18,7 +17,6 @@ import numpy as np
 import pytest
 from fmpy.util import read_csv
 from fmpy.validation import validate_fmu
-from PIL import Image
 from support.fmu_instances import FILES
 
 from m4e_fmi.cli import main
@@ -176,17 +174,6 @@ def test_the_equations_are_those_of_the_model(fmu: Path) -> None:
     assert f"M2,2=J+{shared[:2]}4" in lines
     name = "knee" if version(fmu) == "2" else "joint.elbow"
     assert {f"q2=θ2{name}.q", f"u2=θ.2{name}.u"} <= lines
-
-
-def test_the_icon_is_a_square_picture_with_something_on_it(fmu: Path) -> None:
-    name = "model.png" if version(fmu) == "2" else "terminalsAndIcons/icon.png"
-    assert [n for n in contents(fmu) if n.endswith(".png")] == [name]
-    picture = Image.open(io.BytesIO(contents(fmu)[name]))
-    assert picture.size == (256, 256)
-    assert not picture.info  # neither date nor version
-    colours = picture.convert("RGB").getcolors(maxcolors=1 << 16) or []
-    covered = sum(count for count, colour in colours if colour != (255, 255, 255))
-    assert 0.05 * 256**2 < covered < 0.95 * 256**2
 
 
 def test_the_reference_series_is_what_the_fmu_gives(fmu: Path, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Documentation inside the FMU of a model: a page, a picture, the series of its default run.
+"""Documentation inside the FMU of a model: a page with a drawing, the series of its default run.
 
 The series is laid out as the FMI Cross-Check does it (``<identifier>_ref.csv`` and ``_ref.opt``),
 which FMPy compares with; an array is one column, with spaces between its elements, as FMPy and the
@@ -12,18 +12,17 @@ import io
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import ModelDescription, Options, described, renamed, shown
 from m4e_fmi.fmu.export.archive import model_identifier
 from m4e_fmi.fmu.export.arrays import Grouped, grouped
-from m4e_fmi.fmu.export.description import ICON
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
-from m4e_fmi.report.drawing.schematic import model_figure, model_icon
+from m4e_fmi.report.drawing.schematic import model_figure
 from m4e_fmi.report.page.fmu_page import fmu_page, whole_page
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import FIXED
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 MOST_NUMBERS = 3_000
 """In the reference series, whose rows are farther apart where there are many columns."""
 LEFT_OPEN = "left out: what it gives are inputs, what it takes are outputs"
-ICON_DOTS = 128  # per inch
 
 _TAG = re.compile(r"<[^<>]*>")
 _PLACES = re.compile(r' (?:[dxy]|points|transform)="[^"]*"')
@@ -42,8 +40,8 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 
 def fmu_documentation(model: Model, program: Program, options: Options) -> dict[str, bytes]:
-    """Name in the archive → content: a picture, and below ``documentation/`` the page
-    ``index.html`` and the reference series.
+    """Name in the archive → content: below ``documentation/`` the page ``index.html`` and the
+    reference series.
 
     `program` is that of `model`; `options` are those that the FMU is built with. InputError as from
     `build_fmu`. Without a series, which the page then says, if the default experiment fails.
@@ -65,9 +63,7 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
         },
         others=others,
     )
-    icon = _icon(model_icon(model, program=program))
     return {
-        ICON[options.fmi]: icon,
         "documentation/index.html": page.encode(),
         **{f"documentation/{name}": content for name, content in series.items()},
     }
@@ -156,20 +152,16 @@ def _series(
     return files, [f"{text}, every {interval:g} s"]
 
 
-def _icon(figure: Figure) -> bytes:
-    """A picture (PNG) of 256 colours, a third of one of all colours."""
-    from PIL import Image
-
-    picture, small = io.BytesIO(), io.BytesIO()
-    _save(figure, picture, format="png", dpi=ICON_DOTS)
-    Image.open(picture).convert("RGB").quantize(256).save(small, "PNG", optimize=True)
-    return small.getvalue()
-
-
 def _svg(figure: Figure) -> str:
     """A drawing whose places [pt] have two decimals, which halves it. Texts are left alone."""
+    from matplotlib import rc_context
+
     text = io.StringIO()
-    _save(figure, text, format="svg", bbox_inches="tight", pad_inches=0.15)
+    with rc_context({"svg.hashsalt": "m4e_fmi", "svg.fonttype": "none"}):
+        figure.savefig(
+            text, format="svg", bbox_inches="tight", pad_inches=0.15,
+            metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")),
+        )  # fmt: skip
     drawing = text.getvalue()
     return _TAG.sub(_rounded_places, drawing[drawing.index("<svg") :])
 
@@ -179,13 +171,3 @@ def _rounded_places(tag: re.Match[str]) -> str:
         return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
 
     return _PLACES.sub(lambda places: _LONG_NUMBER.sub(rounded, places[0]), tag[0])
-
-
-def _save(figure: Figure, target: Any, **settings: Any) -> None:
-    """Write a figure without date, version and random names."""
-    from matplotlib import rc_context
-
-    nothing = {"svg": ("Date", "Creator", "Format", "Type"), "png": ("Software",)}
-    metadata = dict.fromkeys(nothing[settings["format"]])
-    with rc_context({"svg.hashsalt": "m4e_fmi", "svg.fonttype": "none"}):
-        figure.savefig(target, metadata=metadata, **settings)
