@@ -49,6 +49,9 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
     if result.record.wanted:
         sections.append(PageSection("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
     sections.append(PageSection("numbers", "Numbers", _numbers(content)))
+    if result.record.series and not result.series:
+        told = "Series are in the result file only: each run has rows at times of its own."
+        sections.append(PageSection("histories", "Time histories", paragraph(told)))
     if result.series:
         sections.append(PageSection("histories", "Time histories", _runs(result)))
         sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
@@ -80,8 +83,6 @@ def _runs(result: StudyResult) -> str:
             f"Series of {len(found.runs):,} of {found.all_runs:,} runs are in this page, at even "
             "distances; the result file has all."
         )
-    if found.evenly:
-        told += " Each run has rows at times of its own; values are linear between them."
     html = text_of(OWN, "runs.html").replace("@histories@", text_of(HERE, "histories.html"))
     return html + paragraph(told, "note")
 

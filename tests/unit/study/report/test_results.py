@@ -109,19 +109,15 @@ def test_texts_stay_texts_in_the_page_of_a_study(tmp_path: Path) -> None:
     assert page.count("<script") == page.count("</script>")
 
 
-def test_series_at_times_of_their_own_are_linear_between_rows(tmp_path: Path) -> None:
+def test_series_at_times_of_their_own_are_in_the_file_only(tmp_path: Path) -> None:
     records = [
         Record(time=time, series={"buoy.z": 2.0 * time})
         for time in (np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0]))
     ]
     path = written(tmp_path, Grid((axis("Hs", (1.0, 2.0)),)), records, (), series=("buoy.z",))
-    found = load_study_result(path).series
-    assert found is not None
-    assert found.evenly
-    inside = found.time <= 1.0
-    np.testing.assert_allclose(found.values["buoy.z"][0], 2.0 * found.time)
-    np.testing.assert_allclose(found.values["buoy.z"][1, inside], 2.0 * found.time[inside])
-    assert np.isnan(found.values["buoy.z"][1, ~inside]).all()
+    assert load_study_result(path).series is None
+    page = report_of_study(path, tmp_path / "r.html").read_text("utf-8")
+    assert "each run has rows at times of its own" in page
 
 
 @pytest.mark.parametrize(
