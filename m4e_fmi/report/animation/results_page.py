@@ -73,8 +73,7 @@ def run_page(results: Results) -> str:
 
 def run_part(results: Results) -> Part:
     """The animation of results as part of a page; InputError as `animate_run`."""
-    scene, shown, _ = _read(results)
-    return scene_part(scene, shown)
+    return scene_part(*_read(results)[:2])
 
 
 def _read(results: Results) -> tuple[Scene, Frames, list[str]]:

@@ -71,12 +71,6 @@ def colour(body: int) -> str:
     return BODY_COLOURS[body % len(BODY_COLOURS)]
 
 
-def shaded(hue: Floats, facing: Floats) -> Floats:
-    """Colours (F, 4) [1] of faces of `hue` (4,) [1]; darker where `facing` (F,) [1] is small."""
-    shares = PALEST + (DARKEST - PALEST) * (1.0 - facing)
-    return 1.0 - shares[:, None] * (1.0 - hue)
-
-
 def start_poses(scene: Scene, program: Program) -> Poses:
     """Where the bodies are at the start values of the program."""
     return poses_of(scene, {n: np.array([v]) for n, v in start_values(program).items()})
@@ -162,7 +156,8 @@ def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float
             corners = poses.all_of(body, hull.vertices, frame)
             for faces in hull.alike:
                 sides = corners[faces]
-                shades = shaded(hue, view.facing(sides))
+                shares = PALEST + (DARKEST - PALEST) * (1.0 - view.facing(sides))
+                shades = 1.0 - shares[:, None] * (1.0 - hue)
                 shades[:, 3] = 0.85 if hull.edged else 1.0
                 edges = np.broadcast_to(hue, shades.shape) if hull.edged else shades
                 width = 0.6 if hull.edged else 0.3

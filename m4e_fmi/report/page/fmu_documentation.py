@@ -94,11 +94,11 @@ def _svg(figure: Figure) -> str:
             metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")),
         )  # fmt: skip
     drawing = text.getvalue()
-    return _TAG.sub(_rounded_places, drawing[drawing.index("<svg") :])
 
-
-def _rounded_places(tag: re.Match[str]) -> str:
     def rounded(number: re.Match[str]) -> str:
         return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
 
-    return _PLACES.sub(lambda places: _LONG_NUMBER.sub(rounded, places[0]), tag[0])
+    def in_tag(tag: re.Match[str]) -> str:
+        return _PLACES.sub(lambda places: _LONG_NUMBER.sub(rounded, places[0]), tag[0])
+
+    return _TAG.sub(in_tag, drawing[drawing.index("<svg") :])
