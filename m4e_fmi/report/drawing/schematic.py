@@ -67,7 +67,14 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     axis.set_xlim(low[0], high[0])
     axis.set_ylim(low[1], high[1])
     _frame(axis)
-    _write_title(axis, shown, scale * (high - low)[0])
+    width = int(13 * scale * (high - low)[0])
+    lines = textwrap.wrap(shown.description, width, max_lines=MOST_LINES, placeholder=" …")
+    title = axis.set_title("\n".join(lines), fontsize=9, loc="left", color=GREY)
+    title.set_linespacing(1.25)
+    axis.annotate(
+        shortened(shown.title), (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
+        textcoords="offset points", fontsize=12, fontweight="bold", color=INK,
+    )  # fmt: skip
     labels = Labels(axis)
     Drawing(axis, shown, labels).everything()
     labels.place()
@@ -82,19 +89,6 @@ def _limits(shown: PlanarScene) -> tuple[np.ndarray, np.ndarray]:
     sides = high - low
     missing = np.maximum(0, sides.max() * LEAST_RATIO - sides) / 2
     return low - missing, high + missing
-
-
-def _write_title(axis: Axes, shown: PlanarScene, width: float) -> None:
-    """The name, and the description in lines that fit `width` [inches]."""
-    lines = textwrap.wrap(
-        shown.description, int(13 * width), max_lines=MOST_LINES, placeholder=" …"
-    )
-    title = axis.set_title("\n".join(lines), fontsize=9, loc="left", color=GREY)
-    axis.annotate(
-        shortened(shown.title), (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
-        textcoords="offset points", fontsize=12, fontweight="bold", color=INK,
-    )  # fmt: skip
-    title.set_linespacing(1.25)
 
 
 def _frame(axis: Axes) -> None:

@@ -118,11 +118,13 @@ def _extremes(results: Results, rows: str) -> list[str]:
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = [fitting(panel) for panel in moving(panels(reals))]
     span = float(results.time[-1] - results.time[0])
+    powers = {name: one for name, one in reals.items() if _watts(one.unit)}
+    # that of the inputs of a model lifts its weight, and is in the energies over the connections
+    others = {name: one for name, one in powers.items() if not name.endswith("inputs.power")}
     lines = [
-        f"mean power {quantity(watts * ranges(one.values, results.time)[1], 'W')}"
+        f"mean power {quantity(_watts(one.unit) * ranges(one.values, results.time)[1], 'W')}"
         f" over {span:g} s ({name}){rows and f', {rows}'}"
-        for name, one in _powers(reals).items()
-        if (watts := _watts(one.unit))
+        for name, one in (others or powers).items()
     ]
     shown = extremes(found, results.time)
     if shown:
@@ -134,16 +136,6 @@ def _extremes(results: Results, rows: str) -> list[str]:
         if panel.left_out
     ]
     return lines
-
-
-def _powers(series: Mapping[str, Series]) -> Mapping[str, Series]:
-    """Those in watts; without that of the inputs of a model beside others.
-
-    It lifts and lowers the weight, and the energies over the connections have it.
-    """
-    found = {name: one for name, one in series.items() if _watts(one.unit)}
-    others = {name: one for name, one in found.items() if not name.endswith("inputs.power")}
-    return others or found
 
 
 @cache
