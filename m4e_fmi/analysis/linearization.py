@@ -58,22 +58,12 @@ def mass_matrix(program: Program, model: Model | None, size: int) -> MassMatrix 
     It is that of `model`, or of the parts of `program` that come from models, one after the other.
     """
     if model is not None:
-        return _of_model(model)
+        evaluation = Evaluation(mass_matrix_program(model))
+        return lambda point: evaluation.at(point).reshape(size, size)
     masses = [_of_part(program, part) for part in program.parts if isinstance(part.origin, Model)]
     if not masses or sum(count for _, count in masses) != size:
         return None
     return lambda point: np.asarray(block_diag(*(mass(point) for mass, _ in masses)), dtype=float)
-
-
-def _of_model(model: Model) -> MassMatrix:
-    evaluation = Evaluation(mass_matrix_program(model))
-
-    def at(point: OperatingPoint) -> Floats:
-        found = evaluation.at(point)
-        n = round(len(found) ** 0.5)
-        return found.reshape(n, n)
-
-    return at
 
 
 def _of_part(program: Program, part: Part) -> tuple[MassMatrix, int]:

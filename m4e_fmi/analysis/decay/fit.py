@@ -192,8 +192,16 @@ def fit_decay(
     guess = _guess(part, float(t[0]))
     shape = _fitted(t - t[0], x / scale, guess)
     values, jacobian = oscillation(shape, t - t[0])
-    _check_likeness(t, values, x / scale, part.peaks)
     residual = x / scale - values
+    swing = max(LEAST_SWING * float(np.ptp(values)), CLEAR * float(np.std(residual)))
+    if not np.isfinite(values).all() or len(find_peaks(t, values, swing).time) < 2:
+        first, second, *_ = part.peaks.time
+        raise RunError(
+            f"no damped oscillation fits the peaks of the record (the first at {first:.4g} and "
+            f"{second:.4g} s)",
+            "look at it: it may be damped too much to oscillate, be noisy, or have several "
+            "motions; fit another part of it",
+        )
     units = np.array([1.0, 1.0, 1.0 / scale, scale])
     spread = _spread(jacobian, residual)
     least = scale * max(LEAST_PEAK, CLEAR * float(np.std(residual)))
@@ -264,24 +272,6 @@ def _fitted(time: Floats, values: Floats, guess: Shape) -> Shape:
         max_nfev=MOST_TRIALS,
     )
     return Shape(*found.x.tolist())
-
-
-def _check_likeness(time: Floats, fitted: Floats, record: Floats, peaks: Peaks) -> None:
-    """RunError for a fit that has no two peaks clear of the residual.
-
-    `fitted` and `record` (n,) [1] are in units of the release, at `time` (n,) [s]; `peaks` are
-    those of the first guess.
-    """
-    if np.isfinite(fitted).all():
-        least = max(LEAST_SWING * float(np.ptp(fitted)), CLEAR * float(np.std(record - fitted)))
-        if len(find_peaks(time, fitted, least).time) > 1:
-            return
-    raise RunError(
-        f"no damped oscillation fits the peaks of the record (the first at {peaks.time[0]:.4g} and "
-        f"{peaks.time[1]:.4g} s)",
-        "look at it: it may be damped too much to oscillate, be noisy, or have several motions; "
-        "fit another part of it",
-    )
 
 
 def _spread(jacobian: Floats, residual: Floats) -> Floats:

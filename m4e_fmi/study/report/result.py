@@ -127,33 +127,31 @@ def load_study_result(path: Path) -> StudyResult:
             ) as data,
         ):
             record = record_of(data.attrs, str(path))
-            return _of(path, data, record)
+            names = [str(name) for name in data["failure"].dims]
+            wanted = [*record.wanted, *OF_RUNS]
+            shape = data["failure"].shape
+            left = (
+                ~data["is_run"].values.astype(bool) if "is_run" in data else np.zeros(shape, bool)
+            )
+            axes = tuple(_axis(data, name, repeats=name in record.repeats) for name in names)
+            return StudyResult(
+                path=path,
+                attributes={str(name): str(value) for name, value in data.attrs.items()},
+                record=record,
+                grid=Grid(axes, not_run=(NotRun(tuple(names), left, ""),)),
+                labels={
+                    str(name): (unit_of(one), str(one.attrs.get("long_name", "")))
+                    for name, one in data.coords.items()
+                },
+                numbers={name: data[name].values.astype(float).reshape(shape) for name in wanted},
+                units={name: unit_of(data[name]) for name in wanted},
+                failure=data["failure"].values.astype(str).astype(object).reshape(shape),
+                states=states_of(data),
+                series=series_of(data, record.series, math.prod(shape)),
+            )
     except (OSError, ValueError, KeyError) as error:
         message = f"it is no netCDF file of a study, or is damaged: {error}"
         raise InputError.single(message, "run the study again", str(path)) from error
-
-
-def _of(path: Path, data: xarray.Dataset, record: StudyRecord) -> StudyResult:
-    names = [str(name) for name in data["failure"].dims]
-    wanted = [*record.wanted, *OF_RUNS]
-    shape = data["failure"].shape
-    left = ~data["is_run"].values.astype(bool) if "is_run" in data else np.zeros(shape, bool)
-    axes = tuple(_axis(data, name, repeats=name in record.repeats) for name in names)
-    return StudyResult(
-        path=path,
-        attributes={str(name): str(value) for name, value in data.attrs.items()},
-        record=record,
-        grid=Grid(axes, not_run=(NotRun(tuple(names), left, ""),)),
-        labels={
-            str(name): (unit_of(one), str(one.attrs.get("long_name", "")))
-            for name, one in data.coords.items()
-        },
-        numbers={name: data[name].values.astype(float).reshape(shape) for name in wanted},
-        units={name: unit_of(data[name]) for name in wanted},
-        failure=data["failure"].values.astype(str).astype(object).reshape(shape),
-        states=states_of(data),
-        series=series_of(data, record.series, math.prod(shape)),
-    )
 
 
 def _axis(data: xarray.Dataset, name: str, *, repeats: bool) -> Axis:

@@ -128,12 +128,11 @@ class SystemPlan:
                 for line in variant.warnings:
                     self.tell(f"{name}: {line} ({_values_text(one.keys, combination)})")
             for number in range(len(one.builds)):
-                draft = one.drafts.pop(number, None)
                 found = ready_fmus(
                     self.part(name, number),
                     self._variants_folder,
                     tell=partial(self._tell_of_one, one, number),
-                    drafts={name: draft} if draft else {},
+                    drafts={},
                 )
                 self._fmus[name, number] = found[name]
 
