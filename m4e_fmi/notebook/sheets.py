@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from m4e_fmi.analysis import Linearization, Modes
-from m4e_fmi.cosim import Component, Kind, Outcome, System
+from m4e_fmi.cosim import Kind, Outcome, System
 from m4e_fmi.model import Model
 from m4e_fmi.notebook.sheet import MOST_ROWS, Sheet
 from m4e_fmi.program import Variable
@@ -52,7 +52,7 @@ def _system(system: System) -> Sheet:
         [
             (
                 c.name,
-                _source(c),
+                f"kind {c.source.name}" if isinstance(c.source, Kind) else c.source.path.name,
                 c.step_size or "",
                 ", ".join(f"{n} = {v}" for n, v in c.start.items()),
             )
@@ -62,11 +62,6 @@ def _system(system: System) -> Sheet:
     for title in ("connections", "scenario", "notes"):
         sheet.lines(title, getattr(system, title))
     return sheet
-
-
-def _source(component: Component) -> str:
-    source = component.source
-    return f"kind {source.name}" if isinstance(source, Kind) else source.path.name
 
 
 def _results(results: Results) -> Sheet:

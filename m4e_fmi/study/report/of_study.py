@@ -12,7 +12,7 @@ from m4e_fmi.report.web.markup import paragraph
 from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
 from m4e_fmi.results.results_file import dimensions_of
 from m4e_fmi.study.report.annual import annual, contributions
-from m4e_fmi.study.report.content import Content, content_of
+from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.result import OF_RUNS, StudyResult, load_study_result
 from m4e_fmi.study.report.summary import reproduction, summary
 
@@ -48,7 +48,9 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
         sections.append(PageSection("states", "Means by probability", body))
     if result.record.wanted:
         sections.append(PageSection("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
-    sections.append(PageSection("numbers", "Numbers", _numbers(content)))
+    kind = "exactly (Float64)" if content.exact else "rounded to seven digits (Float32)"
+    told = paragraph(f"The page has all numbers {kind}.", "note")
+    sections.append(PageSection("numbers", "Numbers", text_of(OWN, "numbers.html") + told))
     if result.record.series and not result.series:
         told = "Series are in the result file only: each run has rows at times of its own."
         sections.append(PageSection("histories", "Time histories", paragraph(told)))
@@ -65,12 +67,6 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
         scripts=[text_of(OWN, name) for name in SCRIPTS],
         blocks=content.blocks,
     )
-
-
-def _numbers(content: Content) -> str:
-    """The table of all numbers, and how exactly the page has them."""
-    kind = "exactly (Float64)" if content.exact else "rounded to seven digits (Float32)"
-    return text_of(OWN, "numbers.html") + paragraph(f"The page has all numbers {kind}.", "note")
 
 
 def _runs(result: StudyResult) -> str:
