@@ -77,7 +77,7 @@ def annual(result: StudyResult) -> str:
     if len(rows) > MOST_ROWS:
         caption += f" The first {MOST_ROWS} rows."
     heads = [*(one.name for one in others), "quantity", "over all states", "value", "unit"]
-    text = "± 95 % confidence, by the sums of each seed, which all states share."
+    text = "With seeds ± 95 % confidence: of sums by those of each seed, which all states share."
     body = table(caption, heads, rows[:MOST_ROWS], texts=len(heads) - 2)
     return paragraph(text, "note") + body
 
