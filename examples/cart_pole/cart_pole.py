@@ -57,7 +57,7 @@ def regulator(linear: Linearization) -> np.ndarray:
     import control
 
     assert tuple(v.name for v in linear.states) == STATES
-    gain, _, _ = control.lqr(linear.to_control(), np.diag(STATE_WEIGHTS), [[INPUT_WEIGHT]])
+    gain, _, _ = control.lqr(linear.A, linear.B, np.diag(STATE_WEIGHTS), [[INPUT_WEIGHT]])
     return np.asarray(gain)[0]
 
 

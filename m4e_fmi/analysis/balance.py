@@ -96,18 +96,13 @@ class Balance:
         return float(np.max(np.concatenate([plain, turned]), initial=0.0))
 
     def newton(self, point: OperatingPoint) -> Floats:
-        """`newton_matrix` at `point`, shape (n, n), in SI."""
-        return newton_matrix(self.slopes(point), self.sizes(point))
+        """N (n, n) at `point`, in SI: N r is the shortest change that makes rates r zero.
 
-
-def newton_matrix(slopes: Floats, sizes: Floats) -> Floats:
-    """N (n, n): to first order, N r is the shortest change of the unknowns that makes rates r zero.
-
-    `slopes` (n, n) are the derivatives of the rates by the unknowns, `sizes` (n,) the scales by
-    which changes are compared; all in SI.
-    """
-    # rows and columns are scaled, so that the rank does not depend on units
-    rows = np.linalg.norm(slopes * sizes, axis=1)
-    rows[rows <= RANK * np.max(rows)] = np.inf  # rounding, which would count as much as the others
-    inverse: Floats = np.linalg.pinv(slopes * sizes / rows[:, None], rcond=RANK)
-    return np.asarray(-(sizes[:, None] * inverse) / rows, dtype=np.float64)
+        To first order; changes of the unknowns are compared by their `sizes`.
+        """
+        slopes, sizes = self.slopes(point), self.sizes(point)
+        # rows and columns are scaled, so that the rank does not depend on units
+        rows = np.linalg.norm(slopes * sizes, axis=1)
+        rows[rows <= RANK * np.max(rows)] = np.inf  # rounding, which would count as the others
+        inverse: Floats = np.linalg.pinv(slopes * sizes / rows[:, None], rcond=RANK)
+        return np.asarray(-(sizes[:, None] * inverse) / rows, dtype=np.float64)

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -43,14 +43,10 @@ from m4e_fmi.analysis.points import (
     operating_point,
     program_and_model,
 )
-from m4e_fmi.errors import RunError
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import mass_matrix_program
 from m4e_fmi.program import Jacobian, Part, Program, Variable, jacobian, tangent
 from m4e_fmi.shown import Displayed, listing, short
-
-if TYPE_CHECKING:
-    import control
 
 MassMatrix = Callable[[OperatingPoint], Floats]
 """The mass matrix (n, n) [kg, kg.m, kg.m2] at a point, in the order of the coordinates."""
@@ -62,22 +58,12 @@ def mass_matrix(program: Program, model: Model | None, size: int) -> MassMatrix 
     It is that of `model`, or of the parts of `program` that come from models, one after the other.
     """
     if model is not None:
-        return _of_model(model)
+        evaluation = Evaluation(mass_matrix_program(model))
+        return lambda point: evaluation.at(point).reshape(size, size)
     masses = [_of_part(program, part) for part in program.parts if isinstance(part.origin, Model)]
     if not masses or sum(count for _, count in masses) != size:
         return None
     return lambda point: np.asarray(block_diag(*(mass(point) for mass, _ in masses)), dtype=float)
-
-
-def _of_model(model: Model) -> MassMatrix:
-    evaluation = Evaluation(mass_matrix_program(model))
-
-    def at(point: OperatingPoint) -> Floats:
-        found = evaluation.at(point)
-        n = round(len(found) ** 0.5)
-        return found.reshape(n, n)
-
-    return at
 
 
 def _of_part(program: Program, part: Part) -> tuple[MassMatrix, int]:
@@ -145,31 +131,6 @@ class Linearization(Displayed):
     def coordinates(self) -> tuple[Variable, ...]:
         """The states that have a velocity among the states; of a free attitude small rotations."""
         return self.states[: self.degrees_of_freedom]
-
-    def to_control(self) -> control.StateSpace:
-        """A, B, C, D for python-control, names with _ where they have a dot.
-
-        RunError if python-control is not installed.
-        """
-        try:
-            import control
-        except ImportError:
-            message = "python-control is not installed"
-            raise RunError(message, "pip install 'm4e_fmi[control]'") from None
-
-        def names(variables: Sequence[Variable]) -> list[str]:
-            return [v.name.replace(".", "_") for v in variables]
-
-        return control.StateSpace(
-            self.A,
-            self.B,
-            self.C,
-            self.D,
-            states=names(self.states),
-            inputs=names(self.inputs),
-            outputs=names(self.outputs),
-            name=self.point.program.name,
-        )
 
     def __repr__(self) -> str:
         return listing(

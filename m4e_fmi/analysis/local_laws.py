@@ -8,13 +8,13 @@ that is left, as the old derivatives see it, has to be shorter (the natural mono
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from m4e_fmi.analysis.balance import Balance
-from m4e_fmi.analysis.points import Evaluation, OperatingPoint, local_parts, observed, renewed
+from m4e_fmi.analysis.points import OperatingPoint, local_parts, renewed
 from m4e_fmi.errors import RunError
 
 Solve = Callable[[OperatingPoint], OperatingPoint]
@@ -27,15 +27,13 @@ ROUNDING = 1e-4
 """… and that is none where no step leads nearer: laws that are measured have noise."""
 SHORTEST = 1e-2
 """Part of a step below which the search is given up."""
-SHOWN = 3
-"""Number of outputs that an error names."""
 REMEDY = "start nearer to the equilibrium (--start-value, `at`), or keep it open (--open)"
 
 
 def followed(balance: Balance, start: OperatingPoint, solve: Solve) -> OperatingPoint:
     """The point that `solve` finds from itself, from `start` on, whose equations hold about it.
 
-    RunError if there is none, with the outputs of these parts that are farthest from their law.
+    RunError if there is none.
     """
     if not local_parts(start.program):
         return solve(start)
@@ -50,10 +48,10 @@ def followed(balance: Balance, start: OperatingPoint, solve: Solve) -> Operating
         if ahead is None and failure is None and move <= ROUNDING:
             return found
         if ahead is None:
-            raise _lost(point, found, move, failure)
+            raise _lost(point, move, failure)
         point, taken = ahead
         part = min(1.0, 2.0 * taken)
-    raise _lost(point, found, move, None)
+    raise _lost(point, move, None)
 
 
 def _nearer(
@@ -89,38 +87,10 @@ def _between(one: OperatingPoint, other: OperatingPoint, part: float) -> Operati
     return replace(other, states=states, inputs=inputs, parameters=parameters)
 
 
-def _lost(
-    point: OperatingPoint, found: OperatingPoint, move: float, failure: RunError | None
-) -> RunError:
-    """The error of a search that ends at `point`, from which the equations lead to `found`."""
+def _lost(point: OperatingPoint, move: float, failure: RunError | None) -> RunError:
+    """The error of a search that ends at `point`, after a step by `move` or a failure."""
     names = ", ".join(part.name for part, _ in local_parts(point.program))
     message = f"{point.program.name}: no equilibrium with {names} was found"
     if failure is not None:
         return RunError(f"{message}: on the way, {failure.message}", failure.remedy or REMEDY)
-    try:
-        off = "; ".join(_out_of_balance(found))
-    except RunError as error:
-        off = error.message
-    message += f": the last step was {move:.2g} of the size of a state; {off}"
-    return RunError(message, REMEDY)
-
-
-def _out_of_balance(point: OperatingPoint) -> Iterator[str]:
-    """Outputs of local parts whose law about another point is farthest from the one about here."""
-    known = {v.name for v in point.program.outputs}
-    names = [
-        name
-        for part, _ in local_parts(point.program)
-        for v in part.program.outputs
-        if (name := f"{part.name}.{v.name}") in known
-    ]
-    program = observed(point.program, names)
-    seen = Evaluation(program)
-    pairs = zip(program.outputs, seen.at(point), seen.at(renewed(point)), strict=True)
-    largest: dict[str, float] = {}
-    rows = [(v, float(law), float(here)) for v, law, here in pairs]
-    for v, _, here in rows:
-        largest[v.unit] = max(largest.get(v.unit, 0.0), abs(here))
-    rows.sort(key=lambda row: -abs(row[1] - row[2]) / (largest[row[0].unit] or 1.0))
-    for v, law, here in rows[:SHOWN]:
-        yield f"{v.name} is {here:.6g} {v.unit} there, and {law:.6g} {v.unit} balances"
+    return RunError(f"{message}: the last step was {move:.2g} of the size of a state", REMEDY)

@@ -83,12 +83,9 @@ class Modes(Displayed):
 
 def modes(linear: Linearization) -> Modes:
     """The modes of the linear equations; InputError for anything else."""
-    match linear:
-        case Linearization():
-            pass
-        case _:
-            message = f"expected a Linearization, got {type(linear).__name__}"
-            raise InputError.single(message, "give modes(linearize(model))")
+    if not isinstance(linear, Linearization):
+        message = f"expected a Linearization, got {type(linear).__name__}"
+        raise InputError.single(message, "give modes(linearize(model))")
     from scipy.linalg import eig
 
     found = eig(linear.A, left=True, right=True)

@@ -16,7 +16,7 @@ from m4e_fmi.analysis.points import Floats, System, causes, observed, place, pro
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Variable, tangent
 from m4e_fmi.shown import listing, span
-from m4e_fmi.simulate import Simulation, simulate, started
+from m4e_fmi.simulate import simulate, started
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,8 @@ def trajectory_sensitivity(
         message = f"sensitivities over time are of outputs and states, got {', '.join(rates)}"
         raise InputError.single(message, "take the output that is the acceleration")
     augmented = _augmented(chosen, [v.name for v in sources])
-
-    def run(source: Variable) -> Simulation:
-        return simulate(
+    runs = [
+        simulate(
             augmented,
             stop_time=stop_time,
             output_interval=output_interval,
@@ -73,8 +72,8 @@ def trajectory_sensitivity(
             tolerance=tolerance,
             method=method,
         )
-
-    runs = [run(source) for source in sources]
+        for source in sources
+    ]
     names = [v.name for v in chosen.outputs]
     return TrajectorySensitivity(
         time=runs[0].time,

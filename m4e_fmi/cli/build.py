@@ -69,9 +69,7 @@ def add(command: argparse.ArgumentParser) -> None:
     of_model.add_argument(
         "--sources", action="store_true", help="with --native: C sources too, to compile elsewhere"
     )
-    of_model.add_argument(
-        "--no-documentation", action="store_true", help="no page, picture and reference series"
-    )
+    of_model.add_argument("--no-documentation", action="store_true", help="no page about it")
     command.add_argument(
         "--ssp", action="store_true", help="for a system: one package (.ssp) with all its FMUs"
     )

@@ -145,7 +145,7 @@ def _system(options: argparse.Namespace) -> System:
 
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
-        gathered.of(animation_file, options, "system", (".html",))
+        gathered.of(animation_file, options, "system")
         gathered.of(report_file, options, options.output_file or Path("system.nc"))
         system = gathered.of(load_system, options.system)
         given: list[tuple[Start, str]] = [(start_values(options), "command line")]
@@ -198,7 +198,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.report import run_numbers, run_summary
 
     file = output.absolute()  # an FMU may change the working folder
-    animation = animation_file(options, system.name, (".html",))
+    animation = animation_file(options, system.name)
     report = report_file(options, output)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     checkpoint_to_resume(output, options.resume, check=options.check)

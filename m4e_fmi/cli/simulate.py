@@ -57,12 +57,7 @@ def add(command: argparse.ArgumentParser) -> None:
     ):
         command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
     add_options(command, "--start-value", "--output-file")
-    add_options(
-        command,
-        "--animate",
-        help="write an animation (.html, of a model also .gif); default build/NAME.html",
-    )
-    add_options(command, "--report", "--no-plot")
+    add_options(command, "--animate", "--report", "--no-plot")
     command.add_argument(
         "--variables",
         nargs="+",
@@ -83,7 +78,7 @@ def _run(options: argparse.Namespace) -> None:
     source = _source(options)
     output = output_file(options, source.name)
     whole = isinstance(source.equations, Program)
-    animation = animation_file(options, source.name, (".html",) if whole else (".html", ".gif"))
+    animation = animation_file(options, source.name)
     if animation and whole and source.scene is None:
         raise InputError.single(f"{source.name} shows no bodies", "leave out --animate")
     report_file(options, output)

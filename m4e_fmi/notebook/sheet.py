@@ -1,4 +1,4 @@
-"""A sheet of HTML with a title, tables and notes, which is never long.
+"""A sheet of HTML with a title, tables and notes.
 
 Texts are escaped and shortened. Colours are those of the notebook, so that it may be light or dark.
 """
@@ -10,8 +10,6 @@ from html import escape
 
 from m4e_fmi.shown import one_line
 
-MOST = 80_000
-"""Characters of the parts of a sheet; what does not fit is counted."""
 MOST_ROWS = 60
 LONGEST = 160
 """Characters of a text."""
@@ -26,9 +24,6 @@ border-bottom:1px solid rgba(128,128,128,.3);background:none;color:inherit}
 .m4e-fmi.m4e-fmi.m4e-fmi .number.number{text-align:right;
 font-variant-numeric:tabular-nums;white-space:nowrap}
 .m4e-fmi .note{opacity:.75}
-.m4e-fmi .equations{list-style:none;padding:0}
-.m4e-fmi .equations li{display:flex;gap:2em;align-items:center;padding:.2em 0}
-.m4e-fmi .equations math{display:inline math;margin:0}
 """
 
 
@@ -39,26 +34,15 @@ def text(value: object) -> str:
 
 
 class Sheet:
-    """Parts of HTML under a title, as many as fit."""
+    """Parts of HTML under a title."""
 
     def __init__(self, title: str, *facts: str) -> None:
         told = " · ".join(text(fact) for fact in facts if fact)
         self._parts = [f"<p><strong>{text(title)}</strong>{'<br>' if told else ''}{told}</p>"]
-        self._room = MOST
-        self._left_out = 0
-
-    def markup(self, made: str) -> bool:
-        """Add a part that is HTML already; False if there is no room for it."""
-        if len(made) > self._room:
-            self._left_out += 1
-            return False
-        self._room -= len(made)
-        self._parts.append(made)
-        return True
 
     def note(self, line: str) -> None:
         """Add a line of text."""
-        self.markup(f'<p class="note">{text(line)}</p>')
+        self._parts.append(f'<p class="note">{text(line)}</p>')
 
     def lines(self, title: str, lines: Iterable[object]) -> None:
         """Add a list of texts under a title; nothing without lines."""
@@ -76,27 +60,18 @@ class Sheet:
         kept = [k for k in range(len(heads)) if any(row[k] not in ("", None) for row in rows)]
         if not kept:
             return
-        made: list[str] = []
-        room = min(self._room // 2, 30_000)
-        for row in rows[:MOST_ROWS]:
-            cells = "".join(_cell(row[k]) for k in kept)
-            room -= len(cells)
-            if room < 0:
-                break
-            made.append(f"<tr>{cells}</tr>")
-        kinds = (' class="number"' if isinstance(rows[0][k], float) else "" for k in kept)
-        head = "".join(f"<th{c}>{text(heads[k])}</th>" for c, k in zip(kinds, kept, strict=True))
-        left = len(rows) - len(made) + more
-        rest = f'<p class="note">and {left} more</p>' if left else ""
-        body = "".join(made)
-        self.markup(f'<div class="scroll"><table><tr>{head}</tr>{body}</table></div>{rest}')
+        numbers = (' class="number"' if isinstance(rows[0][k], float) else "" for k in kept)
+        head = "".join(f"<th{c}>{text(heads[k])}</th>" for c, k in zip(numbers, kept, strict=True))
+        body = "".join(
+            f"<tr>{''.join(_cell(row[k]) for k in kept)}</tr>" for row in rows[:MOST_ROWS]
+        )
+        self._parts.append(f'<div class="scroll"><table><tr>{head}</tr>{body}</table></div>')
+        if left := max(0, len(rows) - MOST_ROWS) + more:
+            self.note(f"and {left} more")
 
     def html(self) -> str:
-        """All parts, and how many were left out."""
-        parts = list(self._parts)
-        if self._left_out:
-            parts.append(f'<p class="note">and {self._left_out} further parts</p>')
-        return f'<div class="m4e-fmi"><style>{STYLE}</style>{"".join(parts)}</div>'
+        """All parts."""
+        return f'<div class="m4e-fmi"><style>{STYLE}</style>{"".join(self._parts)}</div>'
 
 
 def _cell(value: object) -> str:

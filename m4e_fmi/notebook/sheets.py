@@ -1,4 +1,4 @@
-"""The sheet of each kind of object: models, equations, systems, results, runs, linear equations."""
+"""The sheet of each kind of object: models, systems, results, runs, linear equations."""
 
 from __future__ import annotations
 
@@ -7,15 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from m4e_fmi.analysis import Linearization, Modes
-from m4e_fmi.cosim import Component, Kind, Outcome, System
+from m4e_fmi.cosim import Kind, Outcome, System
 from m4e_fmi.model import Model
-from m4e_fmi.multibody import Equations
-from m4e_fmi.multibody.declaration import state_names
-from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
-from m4e_fmi.notebook.sheet import MOST_ROWS, Sheet, text
+from m4e_fmi.notebook.sheet import MOST_ROWS, Sheet
 from m4e_fmi.program import Variable
-from m4e_fmi.report.page.fmu_page import EQUATIONS
-from m4e_fmi.report.page.mathml import equations_markup
 from m4e_fmi.report.text.summaries import ranges
 from m4e_fmi.report.text.tables import model_listings
 from m4e_fmi.results.results_file import Results
@@ -23,8 +18,8 @@ from m4e_fmi.results.series import Series
 from m4e_fmi.shown import span
 from m4e_fmi.simulate import Simulation
 
-LONGEST_LINE = 12_000
-"""Characters of MathML in one equation; longer ones nobody reads."""
+MOST_TABLES = 12
+"""Components of results that have a table."""
 MOST_STATES = 12
 """Of a matrix that is shown."""
 ATTRIBUTES = ("algorithm", "method", "tolerance", "ended")
@@ -37,31 +32,10 @@ def _model(model: Model) -> Sheet:
     *others, parameters = model_listings(model)
     for listing in (parameters, *others):
         if listing.rows:
-            sheet.markup(f"<p>{text(listing.title)}</p>")
+            sheet.note(listing.title)
             sheet.table(listing.head, listing.rows)
     for warning in model.warnings:
         sheet.note(f"warning: {warning}")
-    return sheet
-
-
-def _equations(equations: Equations) -> Sheet:
-    """M u̇ = f in MathML, which notebooks show without a script."""
-    sheet = Sheet(f"Equations of {equations.model.name}")
-    names = equations.topology.coordinate_names
-    if len(names) > MOST_COORDINATES:
-        sheet.lines(f"{len(names)} coordinates", names)
-        sheet.note("too long to be shown here: text(latex=True) has them, code() a function")
-        return sheet
-    sheet.markup(f"<p>{EQUATIONS}</p>")
-    groups = [group for link in equations.topology.links for group in state_names(link)]
-    states = {name: name for group in groups for name in group}
-    for title, lines in equations_markup(equations, states):
-        shown = [f"<li>{line}</li>" for line in lines if len(line) <= LONGEST_LINE]
-        head = f'<p>{text(title)}</p><div class="scroll"><ol class="equations">'
-        while shown and not sheet.markup(f"{head}{''.join(shown)}</ol></div>"):
-            shown.pop()
-        if left := len(lines) - len(shown):
-            sheet.note(f"{title}: {left} of {len(lines)} are too long: text(latex=True) has them")
     return sheet
 
 
@@ -78,7 +52,7 @@ def _system(system: System) -> Sheet:
         [
             (
                 c.name,
-                _source(c),
+                f"kind {c.source.name}" if isinstance(c.source, Kind) else c.source.path.name,
                 c.step_size or "",
                 ", ".join(f"{n} = {v}" for n, v in c.start.items()),
             )
@@ -90,11 +64,6 @@ def _system(system: System) -> Sheet:
     return sheet
 
 
-def _source(component: Component) -> str:
-    source = component.source
-    return f"kind {source.name}" if isinstance(source, Kind) else source.path.name
-
-
 def _results(results: Results) -> Sheet:
     """A table for each component: variables, units, ranges."""
     told = [
@@ -102,8 +71,10 @@ def _results(results: Results) -> Sheet:
     ]
     title = results.attributes.get("title") or results.path.name
     sheet = Sheet(f"Results of {title}", str(results.path), span(results.time), *told)
-    for component, members in results.components.items():
+    for component, members in list(results.components.items())[:MOST_TABLES]:
         _series(sheet, component, members, results.time)
+    if (left := len(results.components) - MOST_TABLES) > 0:
+        sheet.note(f"and {left} further components")
     return sheet
 
 
@@ -200,7 +171,6 @@ def _modes(modes: Modes) -> Sheet:
 
 SHEETS: dict[type, Callable[..., Sheet]] = {
     Model: _model,
-    Equations: _equations,
     System: _system,
     Results: _results,
     Simulation: _simulation,

@@ -30,8 +30,7 @@ def html(shown: object) -> str:
     try:
         return SHEETS[type(shown)](shown).html()
     except M4eError as error:
-        found = Sheet(type(shown).__name__)
-        found.markup(f"<pre>{escape(f'{shown!r}')}</pre>")
+        found = Sheet(type(shown).__name__, repr(shown))
         found.note(f"not shown as a table: {error}")
         return found.html()
 

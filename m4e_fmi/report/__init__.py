@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.lazy import lazy
 
 if TYPE_CHECKING:
-    from m4e_fmi.report.animation.animate import animate
-    from m4e_fmi.report.animation.results_page import animate_run
+    from m4e_fmi.report.animation.results_page import animate, animate_run
     from m4e_fmi.report.data_files import write_hydro, write_sea, write_waves
     from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
     from m4e_fmi.report.drawing.motion import plot_modes
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from m4e_fmi.report.drawing.wave_figures import plot_hydro, plot_waves
     from m4e_fmi.report.files import write_simulation
     from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
-    from m4e_fmi.report.progress import progress_bar, say_beside
+    from m4e_fmi.report.progress import progress_bar, runs_bar, say_beside
     from m4e_fmi.report.run_report.of_run import report_of_run
     from m4e_fmi.report.text.fmu_text import fmu_text, validation_text
     from m4e_fmi.report.text.point_text import (
@@ -88,6 +87,7 @@ __all__ = [
     "report_of_run",
     "run_numbers",
     "run_summary",
+    "runs_bar",
     "say_beside",
     "sea_json",
     "sea_text",
@@ -105,8 +105,7 @@ __all__ = [
 ]
 
 _MODULES = {
-    "animation.animate": ("animate",),
-    "animation.results_page": ("animate_run",),
+    "animation.results_page": ("animate", "animate_run"),
     "data_files": (
         "write_hydro",
         "write_sea",
@@ -141,6 +140,7 @@ _MODULES = {
     ),
     "progress": (
         "progress_bar",
+        "runs_bar",
         "say_beside",
     ),
     "run_report.of_run": ("report_of_run",),

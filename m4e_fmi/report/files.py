@@ -40,19 +40,6 @@ def write_simulation(
     path = Path(path)
     check_export(path)
     stream = stream_of(path)
-    with claimed(stream):
-        _write_netcdf(simulation, stream, scene, inputs, ended)
-        export(stream, path)
-    return list(dict.fromkeys((stream, path)))
-
-
-def _write_netcdf(
-    simulation: Simulation,
-    path: Path,
-    scene: Scene | None,
-    inputs: Sequence[InputFile],
-    ended: str,
-) -> None:
     program, time, values = simulation.program, simulation.time, simulation.values
     given = simulation.start_values.items()
     attributes = {
@@ -68,7 +55,10 @@ def _write_netcdf(
     sections = _sections(simulation)
     rows = [np.array([values[name] for name in names]).T for _, names in sections]
     only = [section for section, _ in sections]
-    write_netcdf(path, only, attributes, len(time), [(time[:, np.newaxis], *rows)])
+    with claimed(stream):
+        write_netcdf(stream, only, attributes, len(time), [(time[:, np.newaxis], *rows)])
+        export(stream, path)
+    return list(dict.fromkeys((stream, path)))
 
 
 def _sections(simulation: Simulation) -> list[tuple[RowSection, list[str]]]:

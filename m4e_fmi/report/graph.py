@@ -71,7 +71,12 @@ def graph_of(prepared: Prepared) -> Graph:
     timings, loops = prepared.timings, prepared.structure.loops
     in_loop = {pair for loop in loops for pair in zip(loop, (*loop[1:], loop[0]), strict=True)}
     arrows = []
-    for (source, target, once), links in _bundles(prepared).items():
+    bundles: dict[tuple[str, str, bool], list[Link]] = {}
+    for once, links in ((False, prepared.wiring.links), (True, prepared.wiring.initial_links)):
+        for link in links:
+            ends = link.source.component, link.target.component, once
+            bundles.setdefault(ends, []).append(link)
+    for (source, target, once), links in bundles.items():
         ranks = [TIMINGS.index(timings[link].name) for link in links if link in timings]
         latest = TIMINGS[max(ranks)] if ranks else ""
         knotted = any((link.source, link.target) in in_loop for link in links)
@@ -86,15 +91,6 @@ def graph_of(prepared: Prepared) -> Graph:
         arrows=tuple(arrows),
         timings={timing.name: timing.value for timing in timings.values()},
     )
-
-
-def _bundles(prepared: Prepared) -> dict[tuple[str, str, bool], list[Link]]:
-    """All links by the components that they lead from and to, and whether they act only once."""
-    found: dict[tuple[str, str, bool], list[Link]] = {}
-    for once, links in ((False, prepared.wiring.links), (True, prepared.wiring.initial_links)):
-        for link in links:
-            found.setdefault((link.source.component, link.target.component, once), []).append(link)
-    return found
 
 
 def _below(prepared: Prepared, name: str) -> str:

@@ -109,7 +109,17 @@ _RULES = (
 
 def panels(series: dict[str, Series]) -> list[Panel]:
     """The panels for `series` (full name → series): the usual ones, else one per unit."""
-    usual = [panel for rule in _RULES if (panel := _matching(rule, series)).series]
+    usual = []
+    for rule in _RULES:
+        found = {
+            name: one
+            for name, one in series.items()
+            if one.recorded.is_real
+            and one.unit == rule.si_unit
+            and re.search(rule.pattern, one.name)
+        }
+        if found:
+            usual.append(Panel(rule.title, rule.unit, rule.scale, found, rule.from_start))
     return _by_size(usual) if len(usual) > 1 else by_unit(series)
 
 
@@ -226,12 +236,3 @@ def _height(curves: Iterable[np.ndarray]) -> float:
 
 def _distance(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.abs(one - other).max(initial=0.0))
-
-
-def _matching(rule: _Rule, series: dict[str, Series]) -> Panel:
-    found = {
-        name: one
-        for name, one in series.items()
-        if one.recorded.is_real and one.unit == rule.si_unit and re.search(rule.pattern, one.name)
-    }
-    return Panel(rule.title, rule.unit, rule.scale, found, rule.from_start)

@@ -53,7 +53,13 @@ def annual_energy(
     if watts.ndim != p.ndim + 1 or watts.shape[:-1] != p.shape or watts.shape[-1] < 1:
         message = f"power {watts.shape} and probability {p.shape} do not fit each other"
         raise InputError.single(message, "give power (…, n_seeds) and probability (…,)")
-    check_probabilities(p)
+    wrong = []
+    if not (np.isfinite(p).all() and (p >= 0.0).all()):
+        wrong.append(Problem("probabilities must be finite, 0 or more"))
+    elif (total := float(p.sum())) > 1.0 + SUM_ROUNDING:
+        remedy = "give probabilities, not hours or percent"
+        wrong.append(Problem(f"the probabilities add up to {total:.6g}, more than 1", remedy))
+    InputError.raise_for(wrong)
     there = p > 0.0
     watts, p, seeds = watts[there], p[there], watts.shape[-1]
     energy = YEAR * float(p @ watts.mean(axis=-1))
@@ -64,17 +70,6 @@ def annual_energy(
     else:
         error = YEAR * math.sqrt(float(p**2 @ watts.var(axis=-1, ddof=1)) / seeds)
     return AnnualEnergy(energy, error, float(p.sum()))
-
-
-def check_probabilities(probability: Floats) -> None:
-    """InputError unless `probability` (…,) [1] are finite, not negative, and at most 1 in sum."""
-    wrong = []
-    if not (np.isfinite(probability).all() and (probability >= 0.0).all()):
-        wrong.append(Problem("probabilities must be finite, 0 or more"))
-    elif (total := float(probability.sum())) > 1.0 + SUM_ROUNDING:
-        remedy = "give probabilities, not hours or percent"
-        wrong.append(Problem(f"the probabilities add up to {total:.6g}, more than 1", remedy))
-    InputError.raise_for(wrong)
 
 
 def wave_power(

@@ -48,11 +48,7 @@ class Runnable(ABC):
 
     @abstractmethod
     def check_settings(self, given: Mapping[str, Scalar]) -> None:
-        """Settings of all runs, together."""
-
-    @abstractmethod
-    def check_setting(self, key: str, value: Scalar) -> None:
-        """One value of a varied setting."""
+        """Settings of a run, together."""
 
     @abstractmethod
     def check_start(self, name: str, value: Scalar) -> None:
@@ -111,9 +107,11 @@ def named(study: Study, of: Runnable) -> Named:
             raise InputError.single(f"{name}: there is no setting {rest!r}", remedy)
 
     problems: list[Problem] = []
+    sound = True
     try:
         of.check_settings(study.simulation)
     except InputError as error:
+        sound = False
         problems += setting_problems(study, error)
     for name, at in study.grid.places.items():
         problems += wrong(at, resolve, name)
@@ -124,8 +122,9 @@ def named(study: Study, of: Runnable) -> Named:
         for k, varied in enumerate(axis.varied):
             for target in filter(None, map(targets.get, varied.targets)):
                 for value in dict.fromkeys(point[k] for point in axis.points):
-                    if isinstance(target, SettingTarget):
-                        problems += wrong(varied.location, of.check_setting, target.key, value)
+                    if isinstance(target, SettingTarget) and sound:
+                        given = {**study.simulation, target.key: value}
+                        problems += wrong(varied.location, of.check_settings, given)
                     elif isinstance(target, StartTarget):
                         problems += wrong(varied.location, of.check_start, target.whole, value)
     told = {(one.line, one.column) for one in problems}

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from m4e_fmi.cosim.system.component import Component, Kind, kind_of
+from m4e_fmi.cosim.system.component import Kind, kind_of
 from m4e_fmi.cosim.system.start_values import is_settable
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, suggestion
@@ -91,8 +91,11 @@ def system_target(system: System, descriptions: Mapping[str, Description], name:
     if rest in settable:
         one = settable[rest]
         return StartTarget(component, rest, one.unit, one.description, one.type == "Real")
-    if keys and system.document and _could_be(sections[component], keys):
-        return KeyTarget(component, keys)
+    source = sections[component].source
+    if keys and system.document and isinstance(source, Kind):  # a key that the file leaves out
+        config = kind_of(source.name).config
+        if str(keys[-1]) in keys_at(config, keys[:-1]) and types_at(config, keys):
+            return KeyTarget(component, keys)
     known = [n for n in _leaves(data) if location_of(n)[0] not in FIXED] if data else []
     remedy = suggestion(rest, dict.fromkeys([*settable, *known]), "names")
     message = f"{name}: {component} has no key and no start value {rest!r}"
@@ -121,15 +124,6 @@ def is_there(data: object, keys: Location) -> bool:
             return False
         data = data[key]  # pyrefly: ignore[bad-index]
     return not isinstance(data, (dict, list))
-
-
-def _could_be(component: Component, keys: Location) -> bool:
-    """True of a key that the component's kind knows, though the file leaves it out."""
-    if not isinstance(component.source, Kind):
-        return False
-    config = kind_of(component.source.name).config
-    *above, last = keys
-    return str(last) in keys_at(config, tuple(above)) and bool(types_at(config, keys))
 
 
 def _leaves(data: object, prefix: str = "") -> list[str]:

@@ -1,9 +1,8 @@
-"""What FMUs of models carry for people: the page, the picture, the reference series."""
+"""What FMUs of models carry for people: a page."""
 
 from __future__ import annotations
 
 import hashlib
-import io
 import os
 import re
 import subprocess
@@ -14,11 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import numpy as np
 import pytest
-from fmpy.util import read_csv
 from fmpy.validation import validate_fmu
-from PIL import Image
 from support.fmu_instances import FILES
 
 from m4e_fmi.cli import main
@@ -118,7 +114,6 @@ def test_the_page_of_a_whole_system(fmi: str, whole: Path) -> None:
     text = found["documentation/index.html"].decode()
     page = Page(text)
     assert page.open == []
-    assert "carts_ref.csv" in page.loaded
     assert all(f"documentation/{link}" in found for link in page.loaded)
     description = fmpy.read_model_description(str(path))
     assert {v.name for v in description.modelVariables} <= set(page.codes)
@@ -127,8 +122,6 @@ def test_the_page_of_a_whole_system(fmi: str, whole: Path) -> None:
     assert "Two carts &amp; a &quot;table&quot; &lt;held&gt;" in text
     assert "kind table" in text
     assert text.count("cart.model.yaml") == 2
-    series = found["documentation/carts_ref.csv"].decode().splitlines()
-    assert series[-1].startswith("1,")
     assert validate_fmu(str(path)) == []
 
 
@@ -152,7 +145,7 @@ def test_the_page_stands_alone_and_names_everything(fmu: Path) -> None:
     text = contents(fmu)["documentation/index.html"].decode()
     page, description = Page(text), fmpy.read_model_description(str(fmu))
     assert page.open == []
-    assert page.loaded == ["double_pendulum_ref.csv", "licenses/license.txt"]
+    assert page.loaded == ["licenses/license.txt"]
     assert "msubsup" in page.tags  # a power of what has an index
     assert "script" not in page.tags
     assert {"svg", "math", "table"} <= page.tags
@@ -176,37 +169,6 @@ def test_the_equations_are_those_of_the_model(fmu: Path) -> None:
     assert f"M2,2=J+{shared[:2]}4" in lines
     name = "knee" if version(fmu) == "2" else "joint.elbow"
     assert {f"q2=θ2{name}.q", f"u2=θ.2{name}.u"} <= lines
-
-
-def test_the_icon_is_a_square_picture_with_something_on_it(fmu: Path) -> None:
-    name = "model.png" if version(fmu) == "2" else "terminalsAndIcons/icon.png"
-    assert [n for n in contents(fmu) if n.endswith(".png")] == [name]
-    picture = Image.open(io.BytesIO(contents(fmu)[name]))
-    assert picture.size == (256, 256)
-    assert not picture.info  # neither date nor version
-    colours = picture.convert("RGB").getcolors(maxcolors=1 << 16) or []
-    covered = sum(count for count, colour in colours if colour != (255, 255, 255))
-    assert 0.05 * 256**2 < covered < 0.95 * 256**2
-
-
-def test_the_reference_series_is_what_the_fmu_gives(fmu: Path, tmp_path: Path) -> None:
-    """FMPy's run of the default experiment, whose steps are others; the tolerance is 1e-10 per
-    step, of some 20 in 2 s, and digits after the tenth are not written. Arrays are one column."""
-    files, path = contents(fmu), tmp_path / "ref.csv"
-    path.write_bytes(files["documentation/double_pendulum_ref.csv"])
-    table = read_csv(path)
-    lines = files["documentation/double_pendulum_ref.opt"].decode().splitlines()
-    settings = dict(line.split(", ") for line in lines)
-    assert float(settings["StopTime"]) == 2.0
-    description = fmpy.read_model_description(str(fmu))
-    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
-    assert list(table.dtype.names or ()) == ["time", *outputs]
-    assert version(fmu) == "2" or table.dtype["body.upper.position"].shape == (2,)
-    step = float(settings["StepSize"])
-    found = fmpy.simulate_fmu(str(fmu), stop_time=2.0, output_interval=step, output=outputs)
-    for name in table.dtype.names or ():
-        scale = max(1.0, np.abs(table[name]).max())
-        np.testing.assert_allclose(found[name], table[name], rtol=0, atol=1e-8 * scale)
 
 
 def test_the_same_bytes_in_another_process(tmp_path: Path) -> None:
@@ -241,15 +203,3 @@ def test_the_page_of_free_bodies() -> None:
     assert "roll, pitch and yaw" in text
     rows = re.findall(r"<msub><mi>M</mi><mrow><mn>(\d)</mn><mo>,</mo><mn>(\d)</mn>", text)
     assert {row for pair in rows for row in pair} == set("123456")
-
-
-def test_a_default_experiment_that_fails_is_told(tmp_path: Path) -> None:
-    """A pendulum whose push is no number from 1 s on."""
-    text = PENDULUM.read_text(encoding="utf-8").replace("[20, 20]", "[sqrt(1 - t), 0]")
-    path = tmp_path / "wild.model.yaml"
-    path.write_text(text, encoding="utf-8")
-    model = load_model(path)
-    files = fmu_documentation(model, model_program(model), Options())
-    assert not any(name.endswith("_ref.csv") for name in files)
-    page = files["documentation/index.html"].decode()
-    assert "no reference series, because the default experiment fails" in page

@@ -216,15 +216,3 @@ def test_an_ensemble_has_the_motions_of_simulate(tmp_path: Path) -> None:
             tolerance=1e-11,
         )
         assert np.abs(run.states[:, place] - alone["m0.joint.hinge.q"]).max() < 1e-8
-
-
-def test_the_linear_equations_for_python_control(tmp_path: Path) -> None:
-    control: Any = pytest.importorskip("control")
-    program = with_own_ports(tmp_path, 1)
-    linear = linearize(program, inputs=own_and_open_inputs(program), outputs=OUTPUTS)
-    space = linear.to_control()
-    assert isinstance(space, control.StateSpace)
-    assert space.input_labels[0] == PUSH
-    assert space.output_labels[-1] == "place"
-    for ours, theirs in zip("ABCD", (space.A, space.B, space.C, space.D), strict=True):
-        assert (getattr(linear, ours) == theirs).all()

@@ -13,14 +13,14 @@ from m4e_fmi.analysis.comparison.alignment import aligned
 from m4e_fmi.analysis.comparison.differences import Comparison, Difference, Span
 from m4e_fmi.analysis.comparison.matching import Pair, matched
 from m4e_fmi.analysis.comparison.measures import (
+    SCALES,
     Phase,
     Scales,
-    limit_problems,
     normalised,
     phase,
     scales,
 )
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.results.compared_file import ComparedFile, TableVariable, doubts, read_compared
 from m4e_fmi.results.results_file import NETCDF, Results
 
@@ -63,7 +63,10 @@ def compare(
     """
     _check(tolerance, relative_to, floor, start_time, stop_time, time_shift)
     a = read_compared(one)
-    b = _shifted(_since(a, read_compared(reference)), time_shift)
+    b = _since(a, read_compared(reference))
+    if time_shift:
+        notes = (*b.notes, f"{time_shift:g} s added to its times")
+        b = replace(b, time=b.time + time_shift, notes=notes)
     pairs = matched(a, b, mapping=mapping or {}, variables=variables)
     between = _interval(a, b, start_time, stop_time)
     found = {
@@ -71,7 +74,7 @@ def compare(
     }
     taken = {pair.reference.name for pair in pairs}
     left_over, lacking = _left_over(a, b, start_time, stop_time)
-    notes = [f"{file.path.name}: {note}" for file in (a, b) for note in file.notes]
+    told = [f"{file.path.name}: {note}" for file in (a, b) for note in file.notes]
     return Comparison(
         path=a.path,
         reference=b.path,
@@ -80,7 +83,7 @@ def compare(
         tolerance=tolerance,
         only_here=tuple(n for n in a.quantities if n not in found) if variables is None else (),
         only_there=tuple(n for n in b.quantities if n not in taken) if variables is None else (),
-        notes=(*notes, *left_over, *_grouped_notes(found)),
+        notes=(*told, *left_over, *_grouped_notes(found)),
         lacking=lacking,
     )
 
@@ -93,7 +96,14 @@ def _check(
     stop: float | None,
     shift: float,
 ) -> None:
-    wrong = limit_problems(relative_to, tolerance=tolerance, floor=floor)
+    wrong = []
+    if relative_to not in SCALES:
+        wrong.append(Problem(f"relative_to is {relative_to!r}", suggestion(relative_to, SCALES)))
+    wrong += [
+        Problem(f"the {name} is {value:g}, expected a number from 0 on")
+        for name, value in (("tolerance", tolerance), ("floor", floor))
+        if value is not None and not 0.0 <= value < math.inf
+    ]
     if not math.isfinite(shift):
         wrong.append(Problem(f"time_shift is {shift:g} s, expected a finite number"))
     if start is not None and stop is not None and not start < stop:
@@ -110,14 +120,6 @@ def _since(a: ComparedFile, b: ComparedFile) -> ComparedFile:
         return replace(b, notes=(*b.notes, note))
     note = f"both have dates: its times count from the first row of {a.path.name}"
     return replace(b, time=b.time + (b.origin - a.origin), notes=(*b.notes, note))
-
-
-def _shifted(file: ComparedFile, shift: float) -> ComparedFile:
-    """The file with `shift` [s] added to its times, which a note tells."""
-    if shift == 0.0:
-        return file
-    notes = (*file.notes, f"{shift:g} s added to its times")
-    return replace(file, time=file.time + shift, notes=notes)
 
 
 def _interval(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.analysis.comparison.measures import Phase, Scales, first_beyond, normalised
+from m4e_fmi.analysis.comparison.measures import Phase, Scales, normalised
 from m4e_fmi.analysis.points import Floats
 from m4e_fmi.shown import listing
 
@@ -80,7 +80,9 @@ class Difference:
 
     def first_beyond(self, tolerance: float) -> float | None:
         """The time [s] at which |difference| over `scale` first is beyond a `tolerance`."""
-        return first_beyond(self.time, normalised(self.difference, self.scale), tolerance)
+        shares = normalised(self.difference, self.scale)
+        beyond = np.flatnonzero(np.abs(shares) > tolerance)
+        return float(self.time[beyond[0]]) if len(beyond) else None
 
     def is_within(self, tolerance: float) -> bool:
         """True if no difference over `scale` is beyond a `tolerance`, and no value is lacking.

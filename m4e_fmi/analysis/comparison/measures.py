@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.analysis.points import Floats
-from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.shown import short
 from m4e_fmi.statistics.moments import standard_deviation
 from m4e_fmi.statistics.record import UndefinedError, even_rows, is_constant
@@ -60,19 +59,6 @@ def scales(time: Floats, reference: Floats) -> Scales:
     return Scales(float(np.ptp(reference)), math.sqrt(2.0) * deviation, largest)
 
 
-def limit_problems(relative_to: str, **limits: float | None) -> list[Problem]:
-    """Problems of the name of a divisor, and of `limits` by name, which are numbers from 0 on."""
-    wrong = []
-    if relative_to not in SCALES:
-        wrong.append(Problem(f"relative_to is {relative_to!r}", suggestion(relative_to, SCALES)))
-    wrong += [
-        Problem(f"the {name} is {value:g}, expected a number from 0 on")
-        for name, value in limits.items()
-        if value is not None and not 0.0 <= value < math.inf
-    ]
-    return wrong
-
-
 def normalised(difference: Floats, scale: float) -> Floats:
     """`difference` (k,), in its unit, over a `scale` in the same unit, (k,) [1].
 
@@ -111,15 +97,6 @@ def phase(time: Floats, values: Floats, reference: Floats) -> Phase:
         time_shift=-math.atan2(ratio.imag, ratio.real) / omega,
         share=1.0 - left,
     )
-
-
-def first_beyond(time: Floats, difference: Floats, limit: float) -> float | None:
-    """The first time [s] at which a difference is beyond a `limit`; None if there is none.
-
-    `time` (k,) [s]; `difference` (k,), of either sign, and `limit` are in one unit.
-    """
-    beyond = np.flatnonzero(np.abs(difference) > limit)
-    return float(time[beyond[0]]) if len(beyond) else None
 
 
 def _hann(time: Floats) -> Floats:

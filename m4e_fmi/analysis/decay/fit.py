@@ -75,8 +75,7 @@ class Decay:
     `time` (n,) [s], `motion` and `fitted` (n,) in the motion's unit are those of the `window`.
     `parameters` (4,) are ω [rad/s], ζ [1], b [1/unit of motion], x₀ [unit of motion],
     `covariance` (4, 4) is theirs in the same units. `release` is the largest distance from rest
-    [unit of motion]. `white` (4,) are the standard errors that a residual without correlation in
-    time would have, in the same units. `trend` is the change of x₀ over the window [unit of
+    [unit of motion]. `trend` is the change of x₀ over the window [unit of
     motion].
     """
 
@@ -86,7 +85,6 @@ class Decay:
     fitted: Floats = field(repr=False)
     parameters: Floats
     covariance: Floats = field(repr=False)
-    white: Floats = field(repr=False)
     release: float
     peaks: Peaks = field(repr=False)
     trend: Estimate
@@ -194,10 +192,18 @@ def fit_decay(
     guess = _guess(part, float(t[0]))
     shape = _fitted(t - t[0], x / scale, guess)
     values, jacobian = oscillation(shape, t - t[0])
-    _check_likeness(t, values, x / scale, part.peaks)
     residual = x / scale - values
+    swing = max(LEAST_SWING * float(np.ptp(values)), CLEAR * float(np.std(residual)))
+    if not np.isfinite(values).all() or len(find_peaks(t, values, swing).time) < 2:
+        first, second, *_ = part.peaks.time
+        raise RunError(
+            f"no damped oscillation fits the peaks of the record (the first at {first:.4g} and "
+            f"{second:.4g} s)",
+            "look at it: it may be damped too much to oscillate, be noisy, or have several "
+            "motions; fit another part of it",
+        )
     units = np.array([1.0, 1.0, 1.0 / scale, scale])
-    spread, white = _errors(jacobian, residual)
+    spread = _spread(jacobian, residual)
     least = scale * max(LEAST_PEAK, CLEAR * float(np.std(residual)))
     width = AROUND * 2.0 * math.pi / shape.omega
     stop = part.rows.stop
@@ -209,7 +215,6 @@ def fit_decay(
         fitted=values * scale,
         parameters=np.array(shape)[OURS] * units,
         covariance=spread[np.ix_(OURS, OURS)] * np.outer(units, units),
-        white=white[OURS] * units,
         release=scale,
         peaks=peaks,
         trend=_trend(t, jacobian, residual, scale),
@@ -269,38 +274,17 @@ def _fitted(time: Floats, values: Floats, guess: Shape) -> Shape:
     return Shape(*found.x.tolist())
 
 
-def _check_likeness(time: Floats, fitted: Floats, record: Floats, peaks: Peaks) -> None:
-    """RunError for a fit that has no two peaks clear of the residual.
+def _spread(jacobian: Floats, residual: Floats) -> Floats:
+    """Covariance (m, m) of the parameters, in the units of the shape.
 
-    `fitted` and `record` (n,) [1] are in units of the release, at `time` (n,) [s]; `peaks` are
-    those of the first guess.
-    """
-    if np.isfinite(fitted).all():
-        least = max(LEAST_SWING * float(np.ptp(fitted)), CLEAR * float(np.std(record - fitted)))
-        if len(find_peaks(time, fitted, least).time) > 1:
-            return
-    raise RunError(
-        f"no damped oscillation fits the peaks of the record (the first at {peaks.time[0]:.4g} and "
-        f"{peaks.time[1]:.4g} s)",
-        "look at it: it may be damped too much to oscillate, be noisy, or have several motions; "
-        "fit another part of it",
-    )
-
-
-def _errors(jacobian: Floats, residual: Floats) -> tuple[Floats, Floats]:
-    """Covariance (m, m) of the parameters, and standard errors (m,) for a residual that is white.
-
-    `jacobian` (n, m) and `residual` (n,) [1] are in units of the release, the result in those of
-    the shape.
+    `jacobian` (n, m) and `residual` (n,) [1] are in units of the release.
     """
     n, m = jacobian.shape
     variance = float((residual**2).sum()) / (n - m)
+    if math.sqrt(variance) >= ROUNDING:
+        return covariance(jacobian, residual)
     back = np.linalg.inv(np.linalg.qr(jacobian, mode="r"))
-    white = variance * back @ back.T
-    errors = np.sqrt(white.diagonal())
-    if math.sqrt(variance) < ROUNDING:
-        return white, errors
-    return covariance(jacobian, residual), errors
+    return variance * back @ back.T
 
 
 def _trend(time: Floats, jacobian: Floats, residual: Floats, scale: float) -> Estimate:
@@ -311,7 +295,7 @@ def _trend(time: Floats, jacobian: Floats, residual: Floats, scale: float) -> Es
     drift = (time - time.mean()) / np.ptp(time)
     longer = np.column_stack([jacobian, drift])
     change, *_ = np.linalg.lstsq(longer, residual)
-    spread, _ = _errors(longer, residual - longer @ change)
+    spread = _spread(longer, residual - longer @ change)
     return Estimate(scale * float(change[-1]), scale * math.sqrt(float(spread[-1, -1])))
 
 

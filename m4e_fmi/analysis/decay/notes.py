@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -25,8 +24,6 @@ DRIFTS = 0.01
 """Of the release: change of rest that is told."""
 UNLIKE = 0.01
 """Of the release: residual above which the motion is not of this kind, or noisy."""
-CORRELATED = 1.5
-"""Standard error over that of a white residual from which on it is told."""
 
 
 def decay_notes(decay: Decay) -> tuple[str, ...]:
@@ -85,10 +82,4 @@ def _residual(decay: Decay) -> Iterator[str]:
         yield (
             f"the residual is {100 * decay.residual_share:.2g} % of the release: noise, memory of "
             "waves, or a second motion; look at the picture"
-        )
-    error, white = math.sqrt(float(decay.covariance[1, 1])), float(decay.white[1])
-    if white > 0.0 and error > CORRELATED * white and decay.residual_share > 1e-6:
-        yield (
-            f"the residual is correlated in time: the standard error of the damping ratio is "
-            f"{error / white:.1f} times that of a white one, which is accounted for"
         )

@@ -111,8 +111,13 @@ class LocalEquations:
         rates = self._values.at(self.point, states, forces)[:, :full]
         shape = (len(weights), self.n + len(self.outputs), self.n + len(self.inputs))
         found = np.zeros(shape, complex)
-        for x, rate, row, weight in zip(states, rates, entries, weights.T, strict=True):
-            found += weight[:, None, None] * self._tangent_matrix(row, x[linear.order], rate)
+        for state, rate, row, weight in zip(states, rates, entries, weights.T, strict=True):
+            x = state[linear.order]
+            T, back, matrix = linear.small.tangent(x), linear.small.inverse(x), self._matrix(row)
+            matrix = np.concatenate([matrix[:, :full] @ T, matrix[:, full:]], axis=1)
+            matrix[:full, : self.n] -= linear.small.turns(rate)
+            matrix = np.concatenate([back @ matrix[:full], matrix[full:]])
+            found += weight[:, None, None] * matrix
         return found
 
     def _matrix(self, entries: Complex) -> Complex:
@@ -121,14 +126,6 @@ class LocalEquations:
         matrix = np.zeros((len(places.rows), len(places.columns)), complex)
         matrix[list(places.row_indices), list(places.column_indices)] = entries
         return np.concatenate([matrix[:full], matrix[self._linear.rows]])
-
-    def _tangent_matrix(self, entries: Complex, x: Floats, rates: Floats) -> Complex:
-        """The derivatives (n + k, n + m) of these `entries` where the states are `x`."""
-        small, full = self._linear.small, len(self._linear.order)
-        T, back, matrix = small.tangent(x), small.inverse(x), self._matrix(entries)
-        matrix = np.concatenate([matrix[:, :full] @ T, matrix[:, full:]], axis=1)
-        matrix[:full, : self.n] -= small.turns(rates)
-        return np.concatenate([back @ matrix[:full], matrix[full:]])
 
     def _moved(self, steps: Floats) -> Floats:
         """The program's states (s, n) at the `steps`."""

@@ -56,7 +56,7 @@ def compared_in_time(
     *,
     period: int = 0,
     direction: int = 0,
-    progress: Callable[[str], object] | None = None,
+    progress: Callable[[str], object] = lambda _: None,
 ) -> list[Comparison]:
     """`response` beside a simulation: to the wave of these numbers, or to an hour of the sea.
 
@@ -66,11 +66,8 @@ def compared_in_time(
     if isinstance(response, WaveResponse):
         if not response.height:
             raise InputError.single("small waves have no simulation beside them", "give a height")
-        return _in_regular_waves(waves, response, period, direction, progress or _silent)
-    return _in_a_sea(waves, response, progress or _silent)
-
-
-def _silent(_: str) -> None: ...
+        return _in_regular_waves(waves, response, period, direction, progress)
+    return _in_a_sea(waves, response, progress)
 
 
 def _in_regular_waves(

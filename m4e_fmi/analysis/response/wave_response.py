@@ -119,8 +119,10 @@ def wave_response(
     if not np.isfinite(angles).all():
         raise InputError.single("directions of waves must be finite numbers of radians")
     names = usual_outputs(waves.program, powers=height > 0) if outputs is None else outputs
-    if not height:
-        _check_powers(waves.program, names)
+    powers = {v.name for v in waves.program.outputs if v.unit == POWER}
+    if not height and (wrong := [name for name in names if name in powers]):
+        message = f"{', '.join(wrong)}: powers are of second order, in small waves 0"
+        raise InputError.single(message, "give the waves a height (--height), or take a sea")
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
     forces = [waves.per_amplitude(omega, angle, point) for angle in angles.tolist()]
     values, states, means, third, told = _responses(
@@ -129,7 +131,12 @@ def wave_response(
     notes = [*doubts(waves, local, float(omega.max()), small=height == 0), *told]
     if height:
         notes += _breaking(waves, omega, height)
-        notes += _beyond(Limits(waves, point), forces, states, height / 2.0)
+        limits = Limits(waves, point)
+        if limits.outputs:
+            pairs = zip(states, forces, strict=True)
+            rows = [np.abs(limits.harmonics(own, per_wave)) for own, per_wave in pairs]
+            largest = np.nan_to_num(np.array(rows)).max(axis=(0, 1))
+            notes += limits.passed(height / 2.0 * largest, "an amplitude of")
     third = np.where(_counts(local, values), third, 0.0)
     notes += _third_harmonics(local, omega, third)
     return WaveResponse(
@@ -178,14 +185,6 @@ def _responses(
     notes = [str(error) for error in failures]
     notes += [f"nothing balances the mean force on {name}: it drifts" for name in drifts]
     return values, states, means, third, notes
-
-
-def _check_powers(program: Program, names: Sequence[str]) -> None:
-    """InputError for outputs that are powers: in small waves their linear response is 0."""
-    powers = {v.name for v in program.outputs if v.unit == POWER}
-    if found := [name for name in names if name in powers]:
-        message = f"{', '.join(found)}: powers are of second order, in small waves 0"
-        raise InputError.single(message, "give the waves a height (--height), or take a sea")
 
 
 def usual_outputs(program: Program, *, powers: bool = True) -> list[str]:
@@ -244,18 +243,6 @@ def _settled(local: LocalEquations, *, small: bool) -> Iterator[str]:
     own = [v.name for v in local.outputs if v.name.partition(".")[0] in names]
     if own:
         yield f"{', '.join(own)}: quasi-static, without dynamics; the largest may be much larger"
-
-
-def _beyond(
-    limits: Limits, forces: Sequence[Complex], states: Complex, amplitude: float
-) -> Iterator[str]:
-    """Lines on outputs that leave their limits in waves of that amplitude."""
-    if not limits.outputs:
-        return
-    pairs = zip(states, forces, strict=True)
-    rows = [np.abs(limits.harmonics(own, per_wave)) for own, per_wave in pairs]
-    largest = np.nan_to_num(np.array(rows)).max(axis=(0, 1))
-    yield from limits.passed(amplitude * largest, "an amplitude of")
 
 
 def _counts(local: LocalEquations, values: Complex) -> NDArray[np.bool_]:

@@ -221,7 +221,7 @@ def runs_progress() -> Generator[Callable[[int, int], None] | None]:
     elif _course.quiet:
         yield None
     else:
-        from m4e_fmi.study.shown.progress import runs_bar
+        from m4e_fmi.report import runs_bar
 
         with runs_bar() as told:
             yield told

@@ -93,7 +93,7 @@ def add_options(command: argparse.ArgumentParser, *flags: str, **changed: object
         command.add_argument(flag, **{**SHARED[flag], **changed})  # pyrefly: ignore[bad-argument-type]
 
 
-def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[str]) -> Path | None:
+def animation_file(options: argparse.Namespace, name: str) -> Path | None:
     """Path of the animation; None if none is wanted. InputError for another suffix."""
     from m4e_fmi.files.writing import check_suffix
 
@@ -101,7 +101,7 @@ def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[st
         return None
     default = output_file(options, name).with_suffix(".html")
     path = options.animate if options.animate.name else default
-    check_suffix(path, suffixes, "an animation")
+    check_suffix(path, (".html",), "an animation")
     return path
 
 

@@ -23,7 +23,6 @@ from m4e_fmi.shown import listing, short
 from m4e_fmi.units import parse_unit
 
 FMI_VERSIONS = ("2", "3")
-ICON = {"2": "model.png", "3": "terminalsAndIcons/icon.png"}
 """Where the picture of an FMU is: FMI 2.0.4, section 2.3; FMI 3.0.2, section 2.5.1."""
 LAST_ERROR = "last_error"
 
@@ -131,11 +130,10 @@ class Options:
             problems.append(Problem("FMI 3.0 is for native FMUs", "add native, or take FMI 2"))
         if self.sources and not self.native:
             problems.append(Problem("C sources are for native FMUs", "leave them out"))
-        icon = ICON.get(self.fmi, "")
         problems += [
-            Problem(f"{name!r} is not a place for documentation", f"documentation/… or {icon}")
+            Problem(f"{name!r} is not a place for documentation", "begin it with documentation/")
             for name in self.documentation
-            if not name.startswith("documentation/") and name != icon
+            if not name.startswith("documentation/")
         ]
         InputError.raise_for(problems)
 

@@ -42,14 +42,14 @@ from m4e_fmi.multibody.symbolic.printing import (
 )
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.program import AnyScalar, Variable
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 from m4e_fmi.space import TURN
 
 if TYPE_CHECKING:
     import sympy
 
 
-class Equations(Displayed):
+class Equations:
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
 
     `model` may be the path of a model file.

@@ -65,6 +65,8 @@ def frames_of(scene: Scene, time: Floats, series: Mapping[str, Floats], *, most:
     bodies whose variables are missing, and of numbers that are not finite.
     """
     rows = _finite_rows(scene, time, series)
+    from scipy.spatial.transform import Rotation
+
     time = time[:rows]
     count = min(most, rows)
     times = np.linspace(time[0], time[-1], count)
@@ -87,7 +89,9 @@ def frames_of(scene: Scene, time: Floats, series: Mapping[str, Floats], *, most:
         held = _whole(cable, series, rows)
         whole.append(None if held is None else np.rint(at(held)))
         exact.append(nodes is cable.nodes)
-    poses = Poses(at(moving.places), _matrices(at(turns)))
+    flat = at(turns).reshape(-1, 4)[:, [1, 2, 3, 0]]  # of any length, scalar first
+    attitudes = Rotation.from_quat(flat).as_matrix().reshape(count, -1, 3, 3)
+    poses = Poses(at(moving.places), attitudes)
     return Frames(times, poses, tuple(cables), tuple(whole), tuple(exact))
 
 
@@ -140,14 +144,6 @@ def quaternions(attitudes: Floats) -> Floats:
         turned = (found[k] * found[k - 1]).sum(axis=-1) < 0
         found[k, turned] *= -1
     return found
-
-
-def _matrices(turns: Floats) -> Floats:
-    """Attitudes (T, N, 3, 3) of quaternions (T, N, 4), scalar first, of any length."""
-    from scipy.spatial.transform import Rotation
-
-    flat = turns.reshape(-1, 4)[:, [1, 2, 3, 0]]
-    return Rotation.from_quat(flat).as_matrix().reshape(*turns.shape[:2], 3, 3)
 
 
 def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> int:

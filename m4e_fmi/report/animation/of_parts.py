@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from m4e_fmi.model import Model
@@ -83,7 +83,7 @@ class PartScenes:
             axes=tuple(axis for one in self._models for axis in one.axes),
             ropes=tuple(ropes),
             cables=cables,
-            water=next(self._waters(), None),
+            water=self._water(),
             floor=min(floors, default=None),
             notes=tuple(self.notes),
         )
@@ -141,8 +141,9 @@ class PartScenes:
             tuple(f"{component}.{name}" for name in cable.tensions),
         )
 
-    def _waters(self) -> Iterator[Water]:
-        """The waters of all components, those with waves first; gauges by their full names."""
+    def _water(self) -> Water | None:
+        """The water of the first component that has waves, or any; its gauge by its full name."""
         waters = {name: one.water for name, one in self._shown.items() if one.water is not None}
         for name, water in sorted(waters.items(), key=lambda item: not item[1].trains):
-            yield replace(water, gauge=f"{name}.{water.gauge}" if water.gauge else "")
+            return replace(water, gauge=f"{name}.{water.gauge}" if water.gauge else "")
+        return None

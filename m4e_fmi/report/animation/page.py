@@ -70,20 +70,20 @@ def page(title: str, texts: Sequence[str], shown: Part) -> str:
     return filled(text_of(HERE, "page.html"), marks)
 
 
-def times_of(times: Floats) -> dict[str, object]:
-    """First and last time [s] of frames at `times` (T,) [s], and how fast they are shown."""
-    start, stop = float(times[0]), float(times[-1])
-    return {"start": start, "stop": stop, "speed": max(1.0, round((stop - start) / LONGEST))}
-
-
 def scene_part(scene: Scene, shown: Frames) -> Part:
     """The part of a scene, whose frames are `shown`."""
     near = extent(scene, shown.poses, shown.cables)
-    far = _far(scene, shown, near)
+    fixed = [spot.at for rope in scene.ropes for spot in rope.ends if spot.body < 0]
+    seen = [near, *(nodes.reshape(-1, 3) for nodes in shown.cables), np.reshape(fixed, (-1, 3))]
+    everything = np.concatenate(seen)
+    far = np.array([everything.min(axis=0), everything.max(axis=0)])  # with cables, fixed points
+    start, stop = float(shown.times[0]), float(shown.times[-1])
     columns = shown.columns()
     is_far = np.ptp(far, axis=0).max() > FARTHER * np.ptp(near, axis=0).max()
     data: dict[str, object] = {
-        **times_of(shown.times),
+        "start": start,
+        "stop": stop,
+        "speed": max(1.0, round((stop - start) / LONGEST)),
         **packed(columns),
         "numbers": PER_BODY,
         "turn": SIDE if scene.planar else float(TURN),
@@ -128,14 +128,6 @@ def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:
         first += 3 * nodes.shape[1]
         flag += whole is not None
     return found
-
-
-def _far(scene: Scene, shown: Frames, near: Floats) -> Floats:
-    """The same corners (2, 3) [m] of all, cables and fixed points included."""
-    fixed = [spot.at for rope in scene.ropes for spot in rope.ends if spot.body < 0]
-    seen = [near, *(nodes.reshape(-1, 3) for nodes in shown.cables), np.reshape(fixed, (-1, 3))]
-    everything = np.concatenate(seen)
-    return np.array([everything.min(axis=0), everything.max(axis=0)])
 
 
 def _ground(scene: Scene, near: Floats, far: Floats) -> list[list[float]] | None:

@@ -1,4 +1,4 @@
-"""The animation of a file of results, from the scene that it carries."""
+"""Animations as pages: of a simulation of a model, and of a file of results by its scene."""
 
 from __future__ import annotations
 
@@ -11,18 +11,44 @@ from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.writing import check_suffix, written
+from m4e_fmi.model import Model
 from m4e_fmi.report.animation.frames import Frames, frames_of
+from m4e_fmi.report.animation.of_model import scene_of_simulation
 from m4e_fmi.report.animation.page import Part, page, scene_part
 from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import scene_of_text
 from m4e_fmi.results.results_file import AT_STOP, Results, load
 from m4e_fmi.results.series import SCENE
+from m4e_fmi.simulate import Simulation
 
 Floats = NDArray[np.float64]
+MODEL_FRAMES, MODEL_POSES = 1200, 14_000
+"""Of an animation of a simulation in memory: frames, and poses of bodies."""
 MOST_FRAMES, BYTES = 4000, 450_000
 """Of an animation: frames, and bytes of their numbers before these become text, 4/3 as many."""
 AGREES = 1e-3
 """Difference of waves from their recorded elevation, over the largest, that is none."""
+
+
+def animate(model: Model, simulation: Simulation, path: str | Path) -> Path:
+    """Write an animation of `simulation`, a simulation of `model`, to `path` (.html).
+
+    The page loads nothing and is small: poses in 16 bits each. InputError if the simulation is of
+    another model.
+    """
+    path = Path(path)
+    check_suffix(path, (".html",), "an animation")
+    missing = [b for b in model.bodies if f"body.{b}.z" not in simulation.values]
+    if missing:
+        message = f"the simulation of {simulation.program.name!r} has no body {missing[0]!r}"
+        raise InputError.single(message, "give the model that was simulated")
+    scene = scene_of_simulation(model, simulation)
+    most = min(MODEL_FRAMES, MODEL_POSES // len(model.bodies))
+    shown = frames_of(scene, simulation.time, simulation.values, most=most)
+    with written(path) as part:
+        text = page(scene.title, [scene.description], scene_part(scene, shown))
+        part.write_text(text, encoding="utf-8")
+    return path
 
 
 def animate_run(results: str | Path | Results, path: str | Path) -> Path:
@@ -32,7 +58,7 @@ def animate_run(results: str | Path | Results, path: str | Path) -> Path:
     without the variables that the scene follows.
     """
     path = Path(path)
-    check_run_animation_path(path)
+    check_suffix(path, (".html",), "an animation")
     text = run_page(results if isinstance(results, Results) else load(results))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
@@ -47,13 +73,7 @@ def run_page(results: Results) -> str:
 
 def run_part(results: Results) -> Part:
     """The animation of results as part of a page; InputError as `animate_run`."""
-    scene, shown, _ = _read(results)
-    return scene_part(scene, shown)
-
-
-def check_run_animation_path(path: Path) -> None:
-    """InputError unless an animation of results can be written to a file of this name."""
-    check_suffix(path, (".html",), "an animation of results")
+    return scene_part(*_read(results)[:2])
 
 
 def _read(results: Results) -> tuple[Scene, Frames, list[str]]:

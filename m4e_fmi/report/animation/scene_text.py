@@ -48,7 +48,50 @@ def carried(scene: Scene | None) -> dict[str, str]:
     """The attributes by which results carry a scene."""
     if scene is None:
         return {}
-    text = json.dumps(_plain_scene(scene), separators=(",", ":"), ensure_ascii=False)
+    water = scene.water
+    data = {
+        "format": FORMAT,
+        "title": scene.title,
+        "description": scene.description,
+        "planar": scene.planar,
+        "bodies": [
+            {
+                "name": body.name,
+                "motion": _plain(body.motion),
+                "surfaces": [plain_hull(hull) for hull in body.surfaces],
+                "sticks": [short(end) for end in body.sticks],
+            }
+            for body in scene.bodies
+        ],
+        "hinges": [(plain_spot(spot), weld) for spot, weld in scene.hinges],
+        "axes": [(plain_spot(a), plain_spot(b), turns) for a, b, turns in scene.axes],
+        "ropes": [
+            (rope.kind, plain_spot(rope.ends[0]), plain_spot(rope.ends[1]), rope.rank)
+            for rope in scene.ropes
+        ],
+        "cables": [
+            {
+                "name": cable.name,
+                "ends": [_plain(end) for end in cable.ends],
+                "nodes": [_plain(node) for node in cable.nodes],
+                "tensions": list(cable.tensions),
+            }
+            for cable in scene.cables
+        ],
+        "water": {
+            "depth": None if np.isinf(water.depth) else water.depth,
+            "trains": [
+                {"ramp": train.ramp, "waves": [short(column, WAVES) for column in train.columns]}
+                for train in water.trains
+            ],
+            "gauge": water.gauge,
+        }
+        if water
+        else None,
+        "floor": scene.floor,
+        "notes": list(scene.notes),
+    }
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
     return {SCENE: base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")}
 
 
@@ -102,54 +145,6 @@ def plain_hull(hull: Hull) -> Plain:
 def plain_spot(spot: Spot) -> Plain:
     """A point of a body in values of JSON."""
     return [spot.body, *short(spot.at)]
-
-
-def _plain_scene(scene: Scene) -> Plain:
-    water = scene.water
-    return {
-        "format": FORMAT,
-        "title": scene.title,
-        "description": scene.description,
-        "planar": scene.planar,
-        "bodies": [
-            {
-                "name": body.name,
-                "motion": _plain(body.motion),
-                "surfaces": [plain_hull(hull) for hull in body.surfaces],
-                "sticks": [short(end) for end in body.sticks],
-            }
-            for body in scene.bodies
-        ],
-        "hinges": [(plain_spot(spot), weld) for spot, weld in scene.hinges],
-        "axes": [(plain_spot(a), plain_spot(b), turns) for a, b, turns in scene.axes],
-        "ropes": [
-            (rope.kind, plain_spot(rope.ends[0]), plain_spot(rope.ends[1]), rope.rank)
-            for rope in scene.ropes
-        ],
-        "cables": [
-            {
-                "name": cable.name,
-                "ends": [_plain(end) for end in cable.ends],
-                "nodes": [_plain(node) for node in cable.nodes],
-                "tensions": list(cable.tensions),
-            }
-            for cable in scene.cables
-        ],
-        "water": _plain_water(water) if water else None,
-        "floor": scene.floor,
-        "notes": list(scene.notes),
-    }
-
-
-def _plain_water(water: Water) -> Plain:
-    return {
-        "depth": None if np.isinf(water.depth) else water.depth,
-        "trains": [
-            {"ramp": train.ramp, "waves": [short(column, WAVES) for column in train.columns]}
-            for train in water.trains
-        ],
-        "gauge": water.gauge,
-    }
 
 
 def _plain(values: Iterable[Value]) -> list[Plain]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from m4e_fmi.simulate import Simulation
 
-T = TypeVar("T")
 ZOOM = 60.0  # s shown in the right column
 LEGEND_COLUMNS = 3
 LEGEND_ROW = 0.11  # of a panel's height
@@ -103,8 +102,10 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], kind: type[Figure] |
         row[0].set_ylabel("\n".join(filter(None, (shortened(panel.title), unit))))
         if panel.items:
             row[0].set_yticks(list(panel.items.values()), list(map(shortened, panel.items)))
+        lines = row[0].get_lines()  # a legend fills its columns, and is read from left to right
+        handles = [line for first in range(LEGEND_COLUMNS) for line in lines[first::LEGEND_COLUMNS]]
         row[0].legend(
-            handles=_by_rows(row[0].get_lines()), loc="upper left", ncols=LEGEND_COLUMNS,
+            handles=handles, loc="upper left", ncols=LEGEND_COLUMNS,
             fontsize=7, frameon=False, borderaxespad=0.1, handlelength=3,
         )  # fmt: skip
         low, high = row[0].get_ylim()
@@ -123,11 +124,6 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], kind: type[Figure] |
         axes[0][0].set_xlim(time[0], time[-1])
     axes[0][0].set_title(shortened(title), fontsize=11, loc="left", fontweight="bold")
     return figure
-
-
-def _by_rows(lines: Sequence[T]) -> list[T]:
-    """`lines` in the order in which a legend, which fills its columns, reads from left to right."""
-    return [line for column in range(LEGEND_COLUMNS) for line in lines[column::LEGEND_COLUMNS]]
 
 
 def _fill(axis: Axes, time: np.ndarray, panel: Panel) -> None:

@@ -43,7 +43,7 @@ def tie_lines(kind: str, ends: np.ndarray, rank: float, size: float) -> list[Lin
     width = WIDTH * size
     if np.allclose(*ends):
         return []
-    start, end = symbols.moved_aside(ends[0], ends[1], SPACING * width * rank)
+    start, end = symbols.between(ends[0], ends[1], [0, 1], [SPACING * width * rank] * 2)
     arms = [np.array(pair) for pair in ((ends[0], start), (end, ends[1]))]
     if kind == "tension_spring":
         return [symbols.spring(start, end, width), *arms]

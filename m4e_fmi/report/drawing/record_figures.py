@@ -31,7 +31,11 @@ def plot_decay(decay: Decay, motion: Measured, picture: str | Path) -> Path:
     residual.sharex(record)
     damping = figure.add_subplot(grid[:, 1])
     _draw_record(record, decay, motion)
-    _draw_residual(residual, decay, motion.unit)
+    residual.plot(decay.time, decay.residual, color=COLOURS[0], lw=0.9)
+    residual.set_ylabel(f"record - fit [{motion.unit}]", fontsize=9)
+    residual.set_xlabel("time [s]", fontsize=9)
+    text = f"{100 * decay.residual_share:.2g} % of the release (root mean square)"
+    residual.set_title(text, fontsize=8, loc="right", color=GREY)
     _draw_damping(damping, decay, motion.unit)
     for axis in (record, residual, damping):
         plain(axis)
@@ -60,14 +64,6 @@ def _draw_record(axis: Axes, decay: Decay, motion: Measured) -> None:
     axis.axhline(decay.rest.value, color=GREY, lw=0.7, ls="--", label="rest")
     axis.set_ylabel(f"{shortened(motion.name)} [{motion.unit}]", fontsize=9)
     axis.legend(fontsize=8, frameon=False, ncols=4, loc="upper right")
-
-
-def _draw_residual(axis: Axes, decay: Decay, unit: str) -> None:
-    axis.plot(decay.time, decay.residual, color=COLOURS[0], lw=0.9)
-    axis.set_ylabel(f"record - fit [{unit}]", fontsize=9)
-    axis.set_xlabel("time [s]", fontsize=9)
-    text = f"{100 * decay.residual_share:.2g} % of the release (root mean square)"
-    axis.set_title(text, fontsize=8, loc="right", color=GREY)
 
 
 def _draw_damping(axis: Axes, decay: Decay, unit: str) -> None:
@@ -104,8 +100,12 @@ def plot_differences(found: Comparison, picture: Path) -> Path:
     shown = [one for one in found.worst if len(one.time)][:MOST_SHOWN]
     figure = Figure(figsize=(11, 1.2 + 1.6 * max(1, len(shown))), layout="constrained")
     grid = figure.subplots(max(1, len(shown)), 2, squeeze=False, sharex=True)
-    for (records, differences), one in zip(grid, shown, strict=False):
-        _draw_records(records, one, found)  # without rows in common: empty axes
+    for (records, differences), one in zip(grid, shown, strict=False):  # without rows: empty axes
+        reference = f"reference, {shortened(found.reference.name)}"
+        records.plot(one.time, one.reference, color=GREY, lw=2.2, alpha=0.55, label=reference)
+        own = shortened(found.path.name)
+        records.plot(one.time, one.values, color=COLOURS[0], lw=0.9, label=own)
+        records.set_ylabel(f"{shortened(one.name)}\n[{one.unit}]", fontsize=8)
         _draw_difference(differences, one, found)
     for axis in grid.flat:
         plain(axis)
@@ -120,13 +120,6 @@ def plot_differences(found: Comparison, picture: Path) -> Path:
         title += f": the {len(shown)} largest differences of {len(shown) + more} variables"
     figure.suptitle(title, fontsize=11)
     return save(figure, picture)
-
-
-def _draw_records(axis: Axes, one: Difference, found: Comparison) -> None:
-    reference = f"reference, {shortened(found.reference.name)}"
-    axis.plot(one.time, one.reference, color=GREY, lw=2.2, alpha=0.55, label=reference)
-    axis.plot(one.time, one.values, color=COLOURS[0], lw=0.9, label=shortened(found.path.name))
-    axis.set_ylabel(f"{shortened(one.name)}\n[{one.unit}]", fontsize=8)
 
 
 def _draw_difference(axis: Axes, one: Difference, found: Comparison) -> None:

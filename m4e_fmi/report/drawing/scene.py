@@ -107,7 +107,8 @@ class PlanarScene:
             blocks = [symbols.box(at, 3.6 * radius, 2.4 * radius, joint.direction)
                       for at in self.attachments[body]]  # fmt: skip
             return symbols.convex_hull(np.vstack(blocks))
-        return symbols.rounded_hull(self.attachments[body], thickness)
+        discs = [symbols.circle(at, thickness) for at in self.attachments[body]]
+        return symbols.convex_hull(np.vstack(discs))
 
     @cached_property
     def fixed(self) -> list[Pair]:
@@ -194,11 +195,14 @@ def _unmoved(model: Model, given: Mapping[str, float]) -> tuple[PlanarScene, _Nu
     tree, values = topology(model), parameter_values(model.parameters)
     values.update((name, value) for name, value in given.items() if name in values)
     numbers = _Numbers(model, tree, values)
+    depths: list[int] = []
+    for link in tree.links:
+        depths.append(1 + (depths[link.parent] if link.parent >= 0 else 0))
     made = PlanarScene(
         title=model.name,
         description=" ".join(model.description.split()),
         bodies=tuple(link.body for link in tree.links),
-        depths=tuple(len(path) for path in _paths(tree)),
+        depths=tuple(depths),
         joints=tuple(numbers.joints()),
         points={name: numbers.point(name) for name in model.points},
         ties=tuple(numbers.ties()),
@@ -207,14 +211,6 @@ def _unmoved(model: Model, given: Mapping[str, float]) -> tuple[PlanarScene, _Nu
         start=np.zeros((len(tree.links), 3)),
     )
     return made, numbers
-
-
-def _paths(tree: Topology) -> list[list[int]]:
-    """For every body, the indices of those that hold it, itself first."""
-    paths: list[list[int]] = []
-    for k, link in enumerate(tree.links):
-        paths.append([k, *(paths[link.parent] if link.parent >= 0 else [])])
-    return paths
 
 
 class _Numbers:

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 LARGEST = (8.5, 7.0)  # inches
 MOST_LINES = 6  # of the description
 MOST_NAMES = 24  # bodies that are named; of more, only the numbers are written
-ICON, BOLDER = 2.0, 2.2  # inches; how much larger symbols are on an icon
 LEAST_RATIO = 0.62  # of the shorter to the longer side
 
 
@@ -54,7 +53,11 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     from matplotlib.figure import Figure
 
     if model.dimensions == 3:
-        return _in_space(model, program, named=True)
+        from m4e_fmi.report.animation.of_model import scene_of_model
+
+        scene = scene_of_model(model)
+        poses = start_poses(scene, program or model_program(model))
+        return space_figure(scene, poses, inches=LARGEST[1])
     shown = planar_scene(model, program)
     low, high = _limits(shown)
     scale = min(np.array(LARGEST) / (high - low))
@@ -64,37 +67,17 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     axis.set_xlim(low[0], high[0])
     axis.set_ylim(low[1], high[1])
     _frame(axis)
-    _write_title(axis, shown, scale * (high - low)[0])
+    width = int(13 * scale * (high - low)[0])
+    lines = textwrap.wrap(shown.description, width, max_lines=MOST_LINES, placeholder=" …")
+    title = axis.set_title("\n".join(lines), fontsize=9, loc="left", color=GREY)
+    title.set_linespacing(1.25)
+    axis.annotate(
+        shortened(shown.title), (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
+        textcoords="offset points", fontsize=12, fontweight="bold", color=INK,
+    )  # fmt: skip
     labels = Labels(axis)
-    Drawing(axis, shown, shown.size, labels).everything()
+    Drawing(axis, shown, labels).everything()
     labels.place()
-    return figure
-
-
-def _in_space(model: Model, program: Program | None, *, named: bool) -> Figure:
-    from m4e_fmi.report.animation.of_model import scene_of_model
-
-    shown = scene_of_model(model)
-    poses = start_poses(shown, program or model_program(model))
-    return space_figure(shown, poses, inches=LARGEST[1] if named else ICON, named=named)
-
-
-def model_icon(model: Model, *, program: Program | None = None) -> Figure:
-    """The mechanism alone, in its start pose, as a square figure of matplotlib."""
-    from matplotlib.figure import Figure
-
-    if model.dimensions == 3:
-        return _in_space(model, program, named=False)
-    shown = planar_scene(model, program)
-    low, high = _limits(shown)
-    middle, half = (low + high) / 2, 0.46 * max(high - low)
-    figure = Figure(figsize=(ICON, ICON))
-    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axis.set_axis_off()
-    axis.set_aspect("equal")
-    axis.set_xlim(middle[0] - half, middle[0] + half)
-    axis.set_ylim(middle[1] - half, middle[1] + half)
-    Drawing(axis, shown, BOLDER * shown.size, Labels(axis)).mechanism()
     return figure
 
 
@@ -106,19 +89,6 @@ def _limits(shown: PlanarScene) -> tuple[np.ndarray, np.ndarray]:
     sides = high - low
     missing = np.maximum(0, sides.max() * LEAST_RATIO - sides) / 2
     return low - missing, high + missing
-
-
-def _write_title(axis: Axes, shown: PlanarScene, width: float) -> None:
-    """The name, and the description in lines that fit `width` [inches]."""
-    lines = textwrap.wrap(
-        shown.description, int(13 * width), max_lines=MOST_LINES, placeholder=" …"
-    )
-    title = axis.set_title("\n".join(lines), fontsize=9, loc="left", color=GREY)
-    axis.annotate(
-        shortened(shown.title), (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
-        textcoords="offset points", fontsize=12, fontweight="bold", color=INK,
-    )  # fmt: skip
-    title.set_linespacing(1.25)
 
 
 def _frame(axis: Axes) -> None:
@@ -134,24 +104,20 @@ def _frame(axis: Axes) -> None:
 class Drawing:
     """The parts of a scene on an axis; `size` is the length that symbols are scaled by [m]."""
 
-    def __init__(self, axis: Any, shown: PlanarScene, size: float, labels: Labels) -> None:
-        self.axis, self.scene, self.labels, self.size = axis, shown, labels, size
-        self.body_radius = 0.02 * size
-        self.joint_radius = JOINT * size
+    def __init__(self, axis: Any, shown: PlanarScene, labels: Labels) -> None:
+        self.axis, self.scene, self.labels, self.size = axis, shown, labels, shown.size
+        self.body_radius = 0.02 * self.size
+        self.joint_radius = JOINT * self.size
 
     def everything(self) -> None:
-        """Mechanism, forces, points, axes and gravity."""
-        self.mechanism()
-        self._pushes()  # before points, because fewer places are near an arrow's tip
-        self._points()
-        self._axes_and_gravity()
-
-    def mechanism(self) -> None:
-        """The bodies, joints and loads between points, without points, forces and axes."""
+        """Bodies, joints, loads, forces, points, axes and gravity."""
         self._ground()
         self._ties()
         self._bodies()
         self._joints()
+        self._pushes()  # before points, because fewer places are near an arrow's tip
+        self._points()
+        self._axes_and_gravity()
 
     def _line(self, points: np.ndarray, colour: str, width: float = 1.2, **more: Any) -> None:
         self.axis.plot(*points.T, color=colour, lw=width, solid_capstyle="round", **more)

@@ -15,11 +15,6 @@ def circle(centre: ArrayLike, radius: float, *, corners: int = 32) -> Line:
     return np.asarray(centre) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def rounded_hull(points: ArrayLike, radius: float) -> Line:
-    """Outline (m, 2) [m] of a link: the convex hull of discs about `points` (n, 2) [m]."""
-    return convex_hull(np.vstack([circle(point, radius) for point in np.asarray(points, float)]))
-
-
 def convex_hull(points: ArrayLike) -> Line:
     """Corners (m, 2) [m] of the convex hull of `points` (n, 2) [m], counter-clockwise."""
     from scipy.spatial import ConvexHull
@@ -34,7 +29,7 @@ def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) ->
     along = np.concatenate([[0, 0.12], 0.12 + 0.76 * inner, [0.88, 1]])
     across = np.zeros_like(along)
     across[2:-2] = np.where(np.arange(2 * turns) % 2, 0.5, -0.5)
-    return _between(start, end, along, width * across)
+    return between(start, end, along, width * across)
 
 
 def damper(start: ArrayLike, end: ArrayLike, width: float) -> list[Line]:
@@ -51,22 +46,19 @@ def damper(start: ArrayLike, end: ArrayLike, width: float) -> list[Line]:
         ((low, w), (high, w), (high, -w), (low, -w)),
         ((high, 0), (1, 0)),
     )
-    return [_between(start, end, *np.array(piece, float).T) for piece in pieces]
+    return [between(start, end, *np.array(piece, float).T) for piece in pieces]
 
 
-def _between(start: ArrayLike, end: ArrayLike, along: ArrayLike, across: ArrayLike) -> Line:
-    """Points at parts `along` of the way from start to end, and `across` it [m]."""
+def between(start: ArrayLike, end: ArrayLike, along: ArrayLike, across: ArrayLike) -> Line:
+    """Points (n, 2) [m] at parts `along` (n,) [1] of the way from `start` to `end`, (2,) [m] each.
+
+    They are `across` (n,) [m] beside it.
+    """
     a, b = np.asarray(start, float), np.asarray(end, float)
     way = b - a
     length = np.linalg.norm(way)
     normal = np.array([-way[1], way[0]]) / (length or 1.0)
     return a + np.outer(np.asarray(along), way) + np.outer(np.asarray(across), normal)
-
-
-def moved_aside(start: ArrayLike, end: ArrayLike, distance: float) -> tuple[Line, Line]:
-    """`start` and `end`, (2,) [m] each, moved across the line between them by `distance` [m]."""
-    both = _between(start, end, [0, 1], [distance, distance])
-    return both[0], both[1]
 
 
 def spiral(centre: ArrayLike, inner: float, outer: float, *, turns: float = 2.0) -> Line:

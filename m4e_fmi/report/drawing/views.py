@@ -1,4 +1,4 @@
-"""Scenes in pictures: in one pose, and as the frames of a film.
+"""Scenes in pictures: in one pose.
 
 Parallel projection; what is nearer covers what is farther away. Planar scenes are seen from the
 side, others from ahead, above and the right.
@@ -6,7 +6,7 @@ side, others from ahead, above and the right.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.program import Program
-from m4e_fmi.report.animation.frames import Frames, Poses, poses_of
+from m4e_fmi.report.animation.frames import Poses, poses_of
 from m4e_fmi.report.animation.scene import GROUND, Scene
 from m4e_fmi.report.drawing.labels import Labels, shortened
 from m4e_fmi.report.drawing.parts import colour_of, tie_lines
@@ -36,8 +36,6 @@ MARGIN = 0.02
 """Least side of what is seen, relative to its largest."""
 NONE = np.zeros(4)  # no colour
 MOST_NAMES = 24  # bodies that are named
-TRAIL = 80
-"""Frames whose places are drawn as paths."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +69,6 @@ class View:
 def colour(body: int) -> str:
     """The colour of a body by its index."""
     return BODY_COLOURS[body % len(BODY_COLOURS)]
-
-
-def shaded(hue: Floats, facing: Floats) -> Floats:
-    """Colours (F, 4) [1] of faces of `hue` (4,) [1]; darker where `facing` (F,) [1] is small."""
-    shares = PALEST + (DARKEST - PALEST) * (1.0 - facing)
-    return 1.0 - shares[:, None] * (1.0 - hue)
 
 
 def start_poses(scene: Scene, program: Program) -> Poses:
@@ -123,55 +115,26 @@ def limits(scene: Scene, poses: Poses, margin: float = 0.1) -> tuple[Floats, Flo
     return flat.min(axis=0) - room, flat.max(axis=0) + room
 
 
-def space_figure(shown: Scene, poses: Poses, *, inches: float, named: bool) -> Figure:
-    """The scene in one pose, its longer side `inches` long; with names, or as an icon."""
+def space_figure(shown: Scene, poses: Poses, *, inches: float) -> Figure:
+    """The scene in one pose, with names, its longer side `inches` long."""
     from matplotlib.figure import Figure
 
     view = View.of(shown.planar)
     low, high = limits(shown, poses)
-    sides = np.maximum((high - low) / max(high - low), 0.4 if named else 1.0) * inches
+    sides = np.maximum((high - low) / max(high - low), 0.4) * inches
     figure = Figure(figsize=(sides[0], sides[1]), facecolor=PAPER)
     axis = figure.add_axes((0, 0, 1, 1))
     prepare(axis, low, high)
     paint(axis, shown, poses, 0)
-    if named:
-        figure.suptitle(shortened(shown.title), x=0.02, ha="left", fontsize=11, color=INK,
-                        fontweight="bold")  # fmt: skip
-        _axes(axis, view, low, high)
-        labels = Labels(axis)
-        for k, body in list(enumerate(shown.bodies))[:MOST_NAMES]:
-            labels.add(f"{k + 1} {body.name}", view.flat(poses.places[0, k]), colour(k), bold=True)
-            labels.avoid(view.flat(poses.all_of(k, body.surfaces[0].vertices)))
-        labels.place()
+    figure.suptitle(shortened(shown.title), x=0.02, ha="left", fontsize=11, color=INK,
+                    fontweight="bold")  # fmt: skip
+    _axes(axis, view, low, high)
+    labels = Labels(axis)
+    for k, body in list(enumerate(shown.bodies))[:MOST_NAMES]:
+        labels.add(f"{k + 1} {body.name}", view.flat(poses.places[0, k]), colour(k), bold=True)
+        labels.avoid(view.flat(poses.all_of(k, body.surfaces[0].vertices)))
+    labels.place()
     return figure
-
-
-def film(scene: Scene, shown: Frames, pixels: int) -> Iterator[np.ndarray]:
-    """Every frame as an array of bytes (height, width, 3) [1], the longer side of some `pixels`."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    poses, view = shown.poses, View.of(scene.planar)
-    low, high = limits(scene, poses)
-    inches = np.maximum((high - low) / max(high - low), 0.4) * pixels / 100 + (0.0, 0.35)
-    figure = Figure(figsize=(inches[0], inches[1]), dpi=100, facecolor=PAPER)
-    canvas = FigureCanvasAgg(figure)
-    axis = figure.add_axes((0, 0, 1, 1 - 0.35 / inches[1]))
-    top = 1 - 0.2 / inches[1]
-    figure.text(0.02, top, shortened(scene.title), fontsize=11, va="center", color=INK)
-    clock = figure.text(0.98, top, "", fontsize=10, ha="right", va="center", color=GREY)
-    for frame, time in enumerate(shown.times):
-        axis.clear()
-        prepare(axis, low, high)
-        for body in range(len(scene.bodies)):
-            path = view.flat(poses.places[max(0, frame - TRAIL) : frame + 1, body])
-            axis.plot(*path.T, color=colour(body), lw=1.0, alpha=0.55, zorder=4)
-        paint(axis, scene, poses, frame)
-        if not scene.planar:
-            _axes(axis, view, low, high)
-        clock.set_text(f"{time:.2f} s")
-        canvas.draw()
-        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
 def prepare(axis: Axes, low: Floats, high: Floats) -> None:
@@ -193,7 +156,8 @@ def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float
             corners = poses.all_of(body, hull.vertices, frame)
             for faces in hull.alike:
                 sides = corners[faces]
-                shades = shaded(hue, view.facing(sides))
+                shares = PALEST + (DARKEST - PALEST) * (1.0 - view.facing(sides))
+                shades = 1.0 - shares[:, None] * (1.0 - hue)
                 shades[:, 3] = 0.85 if hull.edged else 1.0
                 edges = np.broadcast_to(hue, shades.shape) if hull.edged else shades
                 width = 0.6 if hull.edged else 0.3

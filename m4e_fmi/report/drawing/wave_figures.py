@@ -132,7 +132,9 @@ def plot_waves(response: WaveResponse, picture: str | Path) -> Path:
 
     shown = range(len(response.outputs))
     several = len(response.directions) > 1
-    groups = [[j] for j in shown] if several else _by_unit(response, shown)
+    units = [v.unit for v in response.outputs]
+    groups = [[j for j in shown if units[j] == unit] for unit in dict.fromkeys(units)]
+    groups = [[j] for j in shown] if several else groups
     figure = Figure(figsize=(11, 0.8 + 2.6 * max(1, len(groups))), layout="constrained")
     rows = figure.subplots(max(1, len(groups)), 2, squeeze=False)
     for group, row in zip(groups, rows, strict=False):
@@ -148,12 +150,6 @@ def plot_waves(response: WaveResponse, picture: str | Path) -> Path:
             lines, names, title="waves to", loc="outside right upper", fontsize=8, frameon=False
         )
     return save(figure, picture)
-
-
-def _by_unit(response: WaveResponse, shown: Sequence[int]) -> list[list[int]]:
-    """The outputs `shown`, those of one unit together."""
-    units = dict.fromkeys(response.outputs[j].unit for j in shown)
-    return [[j for j in shown if response.outputs[j].unit == unit] for unit in units]
 
 
 def _draw(response: WaveResponse, outputs: Sequence[int], row: np.ndarray) -> None:

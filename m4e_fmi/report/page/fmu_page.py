@@ -47,12 +47,10 @@ def fmu_page(
     drawing: str,
     equations: Equations,
     states: Mapping[str, str],
-    others: Sequence[str],
 ) -> str:
     """The page of a model: facts, the `drawing` (SVG), connectors, `variables`, equations.
 
-    `states` says what the states of the model's program are called; `others` are lines about
-    further files.
+    `states` says what the states of the model's program are called.
     """
     axes = "X to the right, Z up, " + (
         "angles from Z towards X"
@@ -60,7 +58,7 @@ def fmu_page(
         else "Y away; roll, pitch and yaw about X, Y and Z"
     )
     sections = [
-        _facts(description, options, others, f"SI units, angles in radians; {axes}"),
+        _facts(description, options, f"SI units, angles in radians; {axes}"),
         f'<figure class="card">{drawing}</figure>',
         "<h2>How to connect it</h2>",
         _connectors(variables),
@@ -79,17 +77,15 @@ def whole_page(
     *,
     components: Sequence[Sequence[str]],
     connections: Sequence[str],
-    others: Sequence[str],
 ) -> str:
     """The page of a whole system: facts, components, connections, connectors, `variables`.
 
-    `components` are rows of a name, what it is made from, a description; `others` are lines about
-    further files.
+    `components` are rows of a name, what it is made from, a description.
     """
     rows = [(f"!<code>{escape(name)}</code>", *map(escape, more)) for name, *more in components]
     lines = [(f"<code>{escape(text)}</code>",) for text in connections]
     sections = [
-        _facts(description, options, others, "in the units below, angles in radians unless given"),
+        _facts(description, options, "in the units below, angles in radians unless given"),
         "<h2>Components</h2>",
         "<p>Their equations are connected to one set, without steps between them.</p>",
         _table(("Name", "Made from", "Description"), rows),
@@ -112,9 +108,7 @@ def _page(description: ModelDescription, sections: Sequence[str]) -> str:
     return filled(text_of("m4e_fmi.report.page", "fmu_page.html"), texts)
 
 
-def _facts(
-    description: ModelDescription, options: Options, others: Sequence[str], values: str
-) -> str:
+def _facts(description: ModelDescription, options: Options, values: str) -> str:
     kinds = "co-simulation and model exchange" if options.native else "co-simulation"
     needs = "nothing else" if options.native else "Python 3.10 to 3.13 in the importing tool"
     experiment = (
@@ -131,8 +125,7 @@ def _facts(
         "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside",
     }
     listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in rows.items())
-    more = "".join(f"<dt>File</dt><dd>{line}</dd>" for line in others)
-    more += '<dt>Licenses</dt><dd><a href="licenses/license.txt">of the code in it</a></dd>'
+    more = '<dt>Licenses</dt><dd><a href="licenses/license.txt">of the code in it</a></dd>'
     return f'<dl class="card">{listed}{more}</dl><br>'
 
 

@@ -34,9 +34,9 @@ def flows_of(results: Results, record: Record, end: RecordEnd) -> Flows | None:
     if not works:
         return None
     rows = "Works are integrated with the motion, under the same error control."
-    return Flows(
-        {"flows": works, "balance": _audited(results), "rows": rows, "stored": _stored(results)}
-    )
+    closes = energy_closes(results)
+    balance = closes and f"What is stored is kinetic and potential energy; the balance {closes}."
+    return Flows({"flows": works, "balance": balance, "rows": rows, "stored": _stored(results)})
 
 
 def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
@@ -44,11 +44,12 @@ def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
     energies: Sequence[FlowEnergy | None] = end.energies
     if len(energies) != len(record.flows):
         energies = [None] * len(record.flows)
+    numbers = {name for name, one in results.series.items() if one.recorded.is_real}
     flows, curves, apart = list[dict[str, object]](), list[Curve](), [0.0]
     for flow, own in zip(record.flows, energies, strict=True):
         name = f"power over {flow.connection}"
         ports = [port for product in flow.products for port in (product.force, product.velocity)]
-        known = bool(ports) and all(_is_number(port, results) for port in ports)
+        known = bool(ports) and numbers.issuperset(ports)
         if known:
             power = sum(
                 product.factor
@@ -79,12 +80,6 @@ def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
         rows = ""
     data = {"flows": flows, "balance": _stated(end), "rows": rows, "stored": _stored(results)}
     return Flows(data, tuple(curves))
-
-
-def _is_number(name: str, results: Results) -> bool:
-    """True for a Real variable of the results."""
-    series = results.series
-    return name in series and series[name].recorded.is_real
 
 
 def _stated(end: RecordEnd) -> str:
@@ -128,12 +123,6 @@ def _works(results: Results) -> Iterator[dict[str, object]]:
                 "energy": f"{component}.{name}",
                 "whole": None,
             }
-
-
-def _audited(results: Results) -> str:
-    """How well energies and works add up."""
-    closes = energy_closes(results)
-    return closes and f"What is stored is kinetic and potential energy; the balance {closes}."
 
 
 def energy_closes(results: Results) -> str:

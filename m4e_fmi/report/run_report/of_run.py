@@ -47,17 +47,12 @@ def report_of_run(
     have more than 60 million samples; RunError if the file cannot be written.
     """
     path = Path(path)
-    check_report_path(path)
+    check_suffix(path, (".html",), "a report")
     found = results if isinstance(results, Results) else load(results)
     text = page_text(_page(found, printed, command))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
-
-
-def check_report_path(path: Path) -> None:
-    """InputError unless a report can be written to a file of this name."""
-    check_suffix(path, (".html",), "a report")
 
 
 def _page(results: Results, printed: str, command: str) -> Page:

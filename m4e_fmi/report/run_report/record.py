@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.report.graph import Graph
@@ -107,7 +107,12 @@ class RecordEnd:
     errors: tuple[StatedError, ...] = ()
 
 
-Kept = TypeVar("Kept", Record, RecordEnd)
+class _Formatted(Protocol):
+    @property
+    def format(self) -> int: ...
+
+
+Kept = TypeVar("Kept", bound=_Formatted)
 
 
 def carried_record(record: Record | RecordEnd) -> dict[str, str]:
@@ -121,29 +126,32 @@ def record_of(attributes: Mapping[str, str], path: str) -> Record:
 
     InputError if it is damaged.
     """
-    return _read(Record, attributes.get(ATTRIBUTE), path)
+    found = read_record(Record, attributes.get(ATTRIBUTE, "{}"), FORMAT, path, "run it again")
+    if found.graph and not found.graph.is_whole:
+        raise InputError.single("its record is damaged", "run it again", path)
+    return found
 
 
 def end_of(attributes: Mapping[str, str], path: str) -> RecordEnd:
     """The same of what is known when a run has ended."""
-    return _read(RecordEnd, attributes.get(END), path)
+    return read_record(RecordEnd, attributes.get(END, "{}"), FORMAT, path, "run it again")
 
 
-def _read(kind: type[Kept], text: str | None, path: str) -> Kept:
+def read_record(kind: type[Kept], text: str, newest: int, path: str, remedy: str) -> Kept:
+    """The record of a `kind` in the `text` (JSON) of an attribute of the results at `path`.
+
+    InputError if it is damaged, or of a format above the `newest`.
+    """
     from pydantic import TypeAdapter, ValidationError
 
-    if text is None:
-        return kind()
     adapter: TypeAdapter[Kept] = TypeAdapter(kind)
     try:
         found = adapter.validate_json(text)
     except (ValidationError, RecursionError):
-        message = "its record of the run is damaged, or of another m4e_fmi"
-        raise InputError.single(message, "run it again", path) from None
-    if isinstance(found, Record) and found.graph and not found.graph.is_whole:
-        raise InputError.single("its record of the run is damaged", "run it again", path)
-    if found.format > FORMAT:
-        message = f"its record of the run is of format {found.format}, newer than this m4e_fmi"
+        message = "its record is damaged, or of another m4e_fmi"
+        raise InputError.single(message, remedy, path) from None
+    if found.format > newest:
+        message = f"its record is of format {found.format}, newer than this m4e_fmi"
         raise InputError.single(message, "update m4e_fmi", path)
     return found
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from m4e_fmi.report.panels import fitting, moving, panels, percent, quantity
 from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
@@ -123,8 +121,10 @@ def reproduction(results: Results, record: Record, command: str) -> str:
     """Command, start values, seeds, versions, FMUs and input files."""
     parts = [
         facts({"Command": command, "Results": results.path.name, **record.seeds}),
-        *_changes(results),
     ]
+    for heading, key in (("Start values", "start_values"), ("Not as in the file", "changed")):
+        if listed := lines(results.attributes.get(key, "").splitlines()):
+            parts.append(f"<h3>{heading}</h3>{listed}")
     if record.versions:
         parts.append("<h3>Versions</h3>" + facts(record.versions))
     if record.fmus:
@@ -137,9 +137,3 @@ def reproduction(results: Results, record: Record, command: str) -> str:
         text = "These results carry no record of versions and input files: m4e-fmi run writes it."
         parts.append(paragraph(text))
     return "\n".join(parts)
-
-
-def _changes(results: Results) -> Iterator[str]:
-    for heading, key in (("Start values", "start_values"), ("Not as in the file", "changed")):
-        if listed := lines(results.attributes.get(key, "").splitlines()):
-            yield f"<h3>{heading}</h3>{listed}"

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 Entry = dict[str, object]
 MOST_MESSAGES = 20
 """Kinds of messages that a summary has."""
-MOST_SWITCHES = 12
-"""Variables that are not Real and are told of."""
 
 
 def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
@@ -45,7 +43,6 @@ def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
         *_messages([message for message in outcome.messages if str(message) not in told]),
         *_certified(outcome),
         *_extremes(loaded, _rows(loaded, outcome.steps)),
-        *_switches(loaded, _rows(loaded, outcome.steps)),
     ]
     return "\n".join([*lines, *_bonds(outcome.energy, span)])
 
@@ -121,11 +118,13 @@ def _extremes(results: Results, rows: str) -> list[str]:
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = [fitting(panel) for panel in moving(panels(reals))]
     span = float(results.time[-1] - results.time[0])
+    powers = {name: one for name, one in reals.items() if _watts(one.unit)}
+    # that of the inputs of a model lifts its weight, and is in the energies over the connections
+    others = {name: one for name, one in powers.items() if not name.endswith("inputs.power")}
     lines = [
-        f"mean power {quantity(watts * ranges(one.values, results.time)[1], 'W')}"
+        f"mean power {quantity(_watts(one.unit) * ranges(one.values, results.time)[1], 'W')}"
         f" over {span:g} s ({name}){rows and f', {rows}'}"
-        for name, one in _powers(reals).items()
-        if (watts := _watts(one.unit))
+        for name, one in (others or powers).items()
     ]
     shown = extremes(found, results.time)
     if shown:
@@ -137,16 +136,6 @@ def _extremes(results: Results, rows: str) -> list[str]:
         if panel.left_out
     ]
     return lines
-
-
-def _powers(series: Mapping[str, Series]) -> Mapping[str, Series]:
-    """Those in watts; without that of the inputs of a model beside others.
-
-    It lifts and lowers the weight, and the energies over the connections have it.
-    """
-    found = {name: one for name, one in series.items() if _watts(one.unit)}
-    others = {name: one for name, one in found.items() if not name.endswith("inputs.power")}
-    return others or found
 
 
 @cache
@@ -178,22 +167,6 @@ def extremes(shown: Iterable[Panel], time: np.ndarray) -> list[tuple[str, str, l
         for panel in shown
         for name, one in panel.series.items()
     ]
-
-
-def _switches(results: Results, rows: str) -> list[str]:
-    """Of what is not Real: how often it has changed, most often first, and its last value."""
-    others = {name: one for name, one in results.series.items() if not one.recorded.is_real}
-    counts = {name: int((one.values[1:] != one.values[:-1]).sum()) for name, one in others.items()}
-    ordered = sorted(others, key=lambda name: -counts[name])
-    lines = []
-    for name in ordered[:MOST_SWITCHES]:
-        one, count = others[name], counts[name]
-        last = one.recorded.text(one.values[-1]) if len(one.values) else "nothing"
-        changes = f"{count} change{'s' * (count != 1)}{rows and f' {rows}'}"
-        lines.append(f"  {name:<36} {one.recorded.type}: {changes}, {last} at the end")
-    if len(ordered) > MOST_SWITCHES:
-        lines.append(f"  {len(ordered) - MOST_SWITCHES} more that are not Real are in the results")
-    return lines
 
 
 def simulation_summary(simulation: Simulation) -> str:

@@ -16,12 +16,9 @@ if TYPE_CHECKING:
     from m4e_fmi.analysis.response import Comparison, SeaResponse, WaveResponse
     from m4e_fmi.program import Variable
 
-COUPLED = 0.05  # of the motions' own, from which a coupling has a row
-MOST_COUPLINGS = 12
-
 
 def hydro_text(data: HydrodynamicData) -> str:
-    """Sources, a row for each motion and for large couplings, the memory, its cost, findings."""
+    """Sources, a row for each motion, the memory, its cost, findings."""
     count = len(data.omega)
     lines = [
         f"{data.title}: {len(data.motions)} motions, {count} frequencies from "
@@ -29,7 +26,6 @@ def hydro_text(data: HydrodynamicData) -> str:
         *(f"  {note}" for note in data.notes),
         "",
         *_motions(data),
-        *_couplings(data),
         "",
         *_memories(data),
         "",
@@ -86,42 +82,6 @@ def _motions(data: HydrodynamicData) -> list[str]:
         )  # fmt: skip
         rows.append((motion.name, *(f"{number:.4g}" for number in numbers)))
     return columns("<>>>>>>>", *rows)
-
-
-def _couplings(data: HydrodynamicData) -> list[str]:
-    """The largest couplings, over the motions' own."""
-    own = np.sqrt(np.abs(data.damping.diagonal(axis1=1, axis2=2)).max(axis=0))
-    size = np.outer(own, own)
-    share = np.abs(data.damping).max(axis=0) / np.where(size > 0, size, np.inf)
-    mass = np.sqrt(np.abs(data.added_mass_inf.diagonal()))
-    masses = np.outer(mass, mass)
-    other = np.abs(data.added_mass_inf) / np.where(masses > 0, masses, np.inf)
-    trifle = own**2 < 1e-6 * (own**2).max(initial=0.0)
-    share[trifle], share[:, trifle] = 0.0, 0.0
-    pairs = [
-        (max(share[i, j], other[i, j]), i, j)
-        for i in range(len(own))
-        for j in range(i + 1, len(own))
-        if not (trifle[i] or trifle[j])
-    ]
-    pairs = [p for p in sorted(pairs, reverse=True) if p[0] > COUPLED]
-    if not pairs:
-        return []
-    rows = [
-        (
-            f"{data.motions[i].name}, {data.motions[j].name}",
-            f"{data.added_mass_inf[i, j]:.4g}",
-            f"{100 * other[i, j]:.3g} %",
-            f"{np.abs(data.damping[:, i, j]).max():.4g}",
-            f"{100 * share[i, j]:.3g} %",
-        )
-        for _, i, j in pairs[:MOST_COUPLINGS]
-    ]
-    heads = ("coupling", "A∞", "of own", "largest |B|", "of own")
-    lines = ["", *columns("<>>>>", heads, *rows)]
-    if len(pairs) > MOST_COUPLINGS:
-        lines.append(f"  and {len(pairs) - MOST_COUPLINGS} more above {100 * COUPLED:g} %")
-    return lines
 
 
 def _memories(data: HydrodynamicData) -> Iterator[str]:

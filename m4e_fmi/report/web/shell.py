@@ -14,16 +14,17 @@ from m4e_fmi.report.web.markup import filled, json_text, text_of
 from m4e_fmi.report.web.samples import block
 
 
-def plotly_js() -> bytes:
-    """The script plotly.min.js (MIT licence); the package is not imported, which takes a second.
+@cache
+def _library() -> str:
+    """The script plotly.min.js (MIT licence) as a block, compressed once for many pages.
 
-    RunError if it is not there.
+    The package is not imported, which takes a second. RunError if it is not there.
     """
     spec = find_spec("plotly")
     for folder in (spec and spec.submodule_search_locations) or ():
         path = Path(folder) / "package_data" / "plotly.min.js"
         if path.is_file():
-            return path.read_bytes()
+            return block(path.read_bytes())
     raise RunError("plotly.js is not installed", "install it with: pip install 'plotly>=7.1,<8'")
 
 
@@ -87,9 +88,3 @@ def page_text(page: Page) -> str:
         "@data@": json_text(page.data),
     }
     return filled(text_of(HERE, "shell.html"), marks)
-
-
-@cache
-def _library() -> str:
-    """The plotting library as a block: it is compressed once for many pages."""
-    return block(plotly_js())

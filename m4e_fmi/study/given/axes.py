@@ -17,8 +17,7 @@ from m4e_fmi.study.given.grid import (
     Grid,
     NotRun,
     Varied,
-    cases_without_weight,
-    states_without_time,
+    points_without_time,
 )
 from m4e_fmi.study.given.sections import (
     MOST_POINTS,
@@ -64,15 +63,35 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
             varied = tuple(replace(one, column=head, unit=unit) for one, head, unit in heads)
             axes.append(Axis("case", varied, points, weights))
             if weights and not given.run_all:
-                not_run += cases_without_weight(np.array(weights))
+                not_run += points_without_time(
+                    ("case",), np.array(weights), "table", "cases",
+                    "has the weight 0 and is", "have the weight 0 and are",
+                )  # fmt: skip
     if given := section.scatter:
         with collected():
             both, shares, covered = scatter(folder, given, document)
             names = given.rows, given.columns
             axes += both
             probability = names, shares
-            not_run += [] if given.run_all else states_without_time(names, shares)
-    problems += [*_twice(axes, document), *_crossed(axes, document)]
+            if not given.run_all:
+                not_run += points_without_time(
+                    names, shares, "scatter", "sea states",
+                    "does not occur and is", "do not occur and are",
+                )  # fmt: skip
+    places = [(t, v.location) for axis in axes for v in axis.varied for t in v.targets]
+    problems += [
+        document.problem(at, f"{name} is varied twice", "leave one out")
+        for name, at in _repeated(places)
+    ]
+    message = "a second dimension of seeds: means over both have no confidence interval"
+    remedy = (
+        "let them be one dimension, as {seeds: 5, names: [a.seed, b.seed]}, or list the values of "
+        "one of them, which is no repeat then"
+    )
+    problems += [
+        document.problem(axis.varied[0].location, message, remedy)
+        for axis in [axis for axis in axes if axis.repeats][1:]
+    ]
     made = Grid(tuple(axes), probability, covered, tuple(not_run))
     named = _named(made, {*RESERVED, *section.wanted}, document, problems)
     if named.size > MOST_POINTS:
@@ -239,32 +258,10 @@ def _spread(share: np.ndarray, spread: Spread) -> np.ndarray:
     return np.exp(math.log(spread.mean) - variance / 2 + math.sqrt(variance) * inside)
 
 
-def _twice(axes: Sequence[Axis], document: Document) -> list[Problem]:
-    """Names that are varied by two dimensions."""
-    places = [(t, v.location) for axis in axes for v in axis.varied for t in v.targets]
-    return [
-        document.problem(at, f"{name} is varied twice", "leave one out")
-        for name, at in _repeated(places)
-    ]
-
-
 def _repeated(places: Sequence[tuple[str, Location]]) -> list[tuple[str, Location]]:
     """Names that are there more than once, with their places."""
     counts = Counter(name for name, _ in places)
     return [(name, at) for name, at in places if counts[name] > 1]
-
-
-def _crossed(axes: Sequence[Axis], document: Document) -> list[Problem]:
-    """Further dimensions of seeds: runs that share one of two seeds are not independent."""
-    remedy = (
-        "let them be one dimension, as {seeds: 5, names: [a.seed, b.seed]}, or list the values of "
-        "one of them, which is no repeat then"
-    )
-    message = "a second dimension of seeds: means over both have no confidence interval"
-    return [
-        document.problem(axis.varied[0].location, message, remedy)
-        for axis in [axis for axis in axes if axis.repeats][1:]
-    ]
 
 
 def _coordinates(axes: Sequence[Axis]) -> list[tuple[str, Location]]:

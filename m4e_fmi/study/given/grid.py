@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -145,19 +144,15 @@ class Grid:
         return ", ".join(parts) or "the run"
 
 
-def states_without_time(names: tuple[str, str], shares: np.ndarray) -> Iterator[NotRun]:
-    """The sea states that do not occur, of a scatter diagram with `shares` (n, m) [1] of time."""
-    if count := int((shares == 0.0).sum()):
-        verb = "does not occur and is" if count == 1 else "do not occur and are"
-        remedy = "scatter: {run_all: true} runs them"
-        text = f"{count} of {shares.size} sea states {verb} not run ({remedy})"
-        yield NotRun(names, shares == 0.0, text)
+def points_without_time(
+    names: tuple[str, ...], shares: np.ndarray, section: str, what: str, one: str, many: str
+) -> list[NotRun]:
+    """The points of dimensions whose `shares` (n, …) [1] of time are 0, if there are any.
 
-
-def cases_without_weight(weights: np.ndarray) -> Iterator[NotRun]:
-    """The cases of a table, with weights (n,) [1], whose weight is 0."""
-    if count := int((weights == 0.0).sum()):
-        verb = "has the weight 0 and is" if count == 1 else "have the weight 0 and are"
-        remedy = "table: {run_all: true} runs them"
-        text = f"{count} of {len(weights)} cases {verb} not run ({remedy})"
-        yield NotRun(("case",), weights == 0.0, text)
+    `what` they are, and what `one` or `many` of them do, are words; `section` is that of the file.
+    """
+    none = shares == 0.0
+    count = int(none.sum())
+    remedy = f"{section}: {{run_all: true}} runs them"
+    text = f"{count} of {shares.size} {what} {one if count == 1 else many} not run ({remedy})"
+    return [NotRun(names, none, text)] if count else []

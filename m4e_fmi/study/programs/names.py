@@ -109,10 +109,6 @@ class ProgramOfStudy(Runnable):
             remedy = "write simulation: {stop_time: 10}"
             raise InputError.single("the study has no stop_time", remedy)
 
-    def check_setting(self, key: str, value: Scalar) -> None:
-        """One value of a varied setting."""
-        checked_settings({key: value})
-
     def check_start(self, name: str, value: Scalar) -> None:
         """A start value by the whole name of its variable."""
         if name not in self._known:

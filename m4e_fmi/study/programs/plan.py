@@ -19,7 +19,8 @@ import numpy as np
 
 from m4e_fmi.code_hash import code_hash
 from m4e_fmi.cosim.preparation.doubtful_values import RAMP
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.multibody.diagnosis import diagnosis
 from m4e_fmi.program import Program, kinks
 from m4e_fmi.runtime.engine import Control, Run, ensemble
@@ -33,7 +34,7 @@ from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.names import setting_problems
 from m4e_fmi.study.programs.chunks import Pace, chunks, in_threads
 from m4e_fmi.study.programs.names import Version, program_runs
-from m4e_fmi.study.programs.settings import Settings, settings_of
+from m4e_fmi.study.programs.settings import Settings, checked_settings
 from m4e_fmi.study.record import Record, record_of
 from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.shown.warnings import WARNING
@@ -85,7 +86,13 @@ class ProgramPlan:
     def _settings(self, own: Mapping[str, Scalar]) -> Settings:
         """The settings of runs with their `own` ones; InputError for too many rows or steps."""
         try:
-            return settings_of({**self.study.simulation, **own})
+            given = checked_settings({**self.study.simulation, **own})
+            found = Settings(**given)  # pyrefly: ignore[bad-argument-type]
+            beyond = beyond_limits(
+                found.stop_time, output_interval=found.output_interval, step_size=found.step_size
+            )
+            InputError.raise_for(Problem(message, remedy) for _, message, remedy in beyond)
+            return found
         except InputError as error:
             raise InputError(setting_problems(self.study, error)) from None
 

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from m4e_fmi.cosim.system.simulation import time_of
-from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.limits import beyond_limits
+from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.simulate.simulation import METHODS
 from m4e_fmi.study.given.sections import Scalar
 
@@ -25,16 +24,6 @@ class Settings:
 
 
 SETTINGS = tuple(one.name for one in fields(Settings))
-
-
-def settings_of(given: Mapping[str, Scalar]) -> Settings:
-    """Settings, of which times may be texts; InputError for wrong ones and for too many rows."""
-    found = Settings(**checked_settings(given))  # pyrefly: ignore[bad-argument-type]
-    beyond = beyond_limits(
-        found.stop_time, output_interval=found.output_interval, step_size=found.step_size
-    )
-    InputError.raise_for(Problem(message, remedy) for _, message, remedy in beyond)
-    return found
 
 
 def checked_settings(given: Mapping[str, Scalar]) -> dict[str, Scalar]:

@@ -42,7 +42,7 @@ def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
     data: dict[str, object] = {
         "dims": [_dimension(one, result) for one in grid.axes],
         "quantities": [
-            {"name": name, "unit": result.units[name], "text": told.text, "of": ""}
+            {"name": name, "unit": result.units[name], "text": str(told), "of": ""}
             for name, told in result.record.wanted.items()
         ]
         + [
@@ -106,7 +106,7 @@ def _of_runs(result: StudyResult) -> Iterator[Curve]:
         if name == "coupling_error" and np.isnan(values).all():
             continue  # of one program
         told = result.record.wanted.get(name)
-        kind, text = (WANTED, told.text) if told else (RUN, TEXTS[name])
+        kind, text = (WANTED, str(told)) if told else (RUN, TEXTS[name])
         yield Curve(name, kind, name, result.units[name], text, values.reshape(-1))
 
 

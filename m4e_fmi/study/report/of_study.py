@@ -12,7 +12,7 @@ from m4e_fmi.report.web.markup import paragraph
 from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
 from m4e_fmi.results.results_file import dimensions_of
 from m4e_fmi.study.report.annual import annual, contributions
-from m4e_fmi.study.report.content import Content, content_of
+from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.result import OF_RUNS, StudyResult, load_study_result
 from m4e_fmi.study.report.summary import reproduction, summary
 
@@ -48,7 +48,12 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
         sections.append(PageSection("states", "Means by probability", body))
     if result.record.wanted:
         sections.append(PageSection("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
-    sections.append(PageSection("numbers", "Numbers", _numbers(content)))
+    kind = "exactly (Float64)" if content.exact else "rounded to seven digits (Float32)"
+    told = paragraph(f"The page has all numbers {kind}.", "note")
+    sections.append(PageSection("numbers", "Numbers", text_of(OWN, "numbers.html") + told))
+    if result.record.series and not result.series:
+        told = "Series are in the result file only: each run has rows at times of its own."
+        sections.append(PageSection("histories", "Time histories", paragraph(told)))
     if result.series:
         sections.append(PageSection("histories", "Time histories", _runs(result)))
         sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
@@ -64,12 +69,6 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
     )
 
 
-def _numbers(content: Content) -> str:
-    """The table of all numbers, and how exactly the page has them."""
-    kind = "exactly (Float64)" if content.exact else "rounded to seven digits (Float32)"
-    return text_of(OWN, "numbers.html") + paragraph(f"The page has all numbers {kind}.", "note")
-
-
 def _runs(result: StudyResult) -> str:
     """Plots of whole series, and of which runs the page has them."""
     found = result.series
@@ -80,8 +79,6 @@ def _runs(result: StudyResult) -> str:
             f"Series of {len(found.runs):,} of {found.all_runs:,} runs are in this page, at even "
             "distances; the result file has all."
         )
-    if found.evenly:
-        told += " Each run has rows at times of its own; values are linear between them."
     html = text_of(OWN, "runs.html").replace("@histories@", text_of(HERE, "histories.html"))
     return html + paragraph(told, "note")
 

@@ -11,21 +11,14 @@ from m4e_fmi.cosim.results.run_record import system_inputs
 from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.doctor import versions
 from m4e_fmi.errors import InputError
-from m4e_fmi.report.run_report.record import InputFile, input_file
-from m4e_fmi.study.given.study import Study
+from m4e_fmi.report.run_report.record import InputFile, input_file, read_record
+from m4e_fmi.study.given.study import Study, Wanted
 from m4e_fmi.study.record import Record
 from m4e_fmi.study.shown.warnings import warning_lines
 
 ATTRIBUTE = "record"
-FORMAT = 1
-
-
-@dataclass(frozen=True)
-class WantedText:
-    """A wanted quantity: `text` in words, and the name of its `statistic`."""
-
-    text: str
-    statistic: str
+FORMAT = 2
+REMEDY = "run the study again: its kept runs are not made anew"
 
 
 @dataclass(frozen=True)
@@ -38,7 +31,7 @@ class StudyRecord:
     """
 
     format: int = FORMAT
-    wanted: dict[str, WantedText] = field(default_factory=dict)
+    wanted: dict[str, Wanted] = field(default_factory=dict)
     series: tuple[str, ...] = ()
     repeats: tuple[str, ...] = ()
     coupling_at: str = ""
@@ -66,7 +59,7 @@ def carried_record(
     known = [one for one in records if not math.isnan(one.coupling_error)]
     worst = max(known, key=lambda one: one.coupling_error, default=None)
     record = StudyRecord(
-        wanted={one.name: WantedText(str(one), one.statistic) for one in study.wanted},
+        wanted={one.name: one for one in study.wanted},
         series=study.series,
         repeats=tuple(axis.name for axis in study.grid.axes if axis.repeats),
         coupling_at=worst.coupling_at if worst else "",
@@ -93,18 +86,6 @@ def record_of(attributes: Mapping[str, object], path: str) -> StudyRecord:
 
     InputError if there is none, or if it is damaged or of a newer m4e_fmi.
     """
-    from pydantic import TypeAdapter, ValidationError
-
-    remedy = "run the study again: its kept runs are not made anew"
     if ATTRIBUTE not in attributes:
-        raise InputError.single("it is no result of a study, or an old one", remedy, path)
-    adapter: TypeAdapter[StudyRecord] = TypeAdapter(StudyRecord)
-    try:
-        found = adapter.validate_json(str(attributes[ATTRIBUTE]))
-    except (ValidationError, RecursionError):
-        message = "its record of the study is damaged, or of another m4e_fmi"
-        raise InputError.single(message, remedy, path) from None
-    if found.format > FORMAT:
-        message = f"its record of the study is of format {found.format}, newer than this m4e_fmi"
-        raise InputError.single(message, "update m4e_fmi", path)
-    return found
+        raise InputError.single("it is no result of a study, or an old one", REMEDY, path)
+    return read_record(StudyRecord, str(attributes[ATTRIBUTE]), FORMAT, path, REMEDY)

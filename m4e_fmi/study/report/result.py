@@ -23,8 +23,6 @@ MOST_CURVES = 2_000
 """Series in a page: each is a block of its own."""
 MOST_NUMBERS = 20_000_000
 """Numbers of all series in a page: of Float32, 100 MB as text."""
-DENSER = 2
-"""Rows at even times, of runs with rows of their own, over the rows of the longest run."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,7 @@ class StudySeries:
     """Series of some `runs` (m,), numbers from 0, at `time` (n,) [s].
 
     `values` (m, n) by variable have their unit of `units`; nan behind the end of a run. `all_runs`
-    counts the runs that have series [1]; `evenly` is True if values are linear between the rows of
-    each run, at even times.
+    counts the runs that have series [1].
     """
 
     time: np.ndarray = field(repr=False)
@@ -42,48 +39,31 @@ class StudySeries:
     units: dict[str, str]
     texts: dict[str, str]
     all_runs: int
-    evenly: bool
 
 
 def series_of(data: xarray.Dataset, names: tuple[str, ...], count: int) -> StudySeries | None:
-    """The series `names` of `count` runs; None if there are none.
+    """The series `names` of `count` runs; None if there are none, or rows at times of their own.
 
     Of more runs than a page takes, those at even distances.
     """
     there = [name for name in names if name in data]
-    if not there or "time" not in data:
+    if not there or data["time"].ndim > 1:
         return None
     first = data[there[0]].values.reshape(count, -1)
     good = np.flatnonzero(np.isfinite(first).sum(axis=1) > 1)
-    rows = first.shape[1] * (1 if data["time"].ndim == 1 else DENSER)
-    most = max(1, min(MOST_CURVES, MOST_NUMBERS // rows) // len(there))
+    most = max(1, min(MOST_CURVES, MOST_NUMBERS // first.shape[1]) // len(there))
     runs = good if len(good) <= most else good[np.linspace(0, len(good) - 1, most).astype(int)]
     if not len(runs):
         return None
     values = {name: data[name].values.reshape(count, -1)[runs].astype(float) for name in there}
-    time, evenly = data["time"].values.astype(float), data["time"].ndim > 1
-    if evenly:
-        own = time.reshape(count, -1)[runs]
-        time = np.linspace(np.nanmin(own), np.nanmax(own), rows)
-        values = {name: _between(time, own, found) for name, found in values.items()}
     return StudySeries(
-        time=time,
+        time=data["time"].values.astype(float),
         runs=runs,
         values=values,
         units={name: unit_of(data[name]) for name in there},
         texts={name: str(data[name].attrs.get("long_name", "")) for name in there},
         all_runs=len(good),
-        evenly=evenly,
     )
-
-
-def _between(time: np.ndarray, own: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """`values` (m, k) at times `own` (m, k) [s], linear between them at `time` (n,) [s]."""
-    found = np.full((len(values), len(time)), np.nan)
-    for row, at, known in zip(found, own, values, strict=True):
-        there = np.isfinite(at)
-        row[:] = np.interp(time, at[there], known[there], left=np.nan, right=np.nan)
-    return found
 
 
 def unit_of(one: xarray.DataArray) -> str:
@@ -147,33 +127,31 @@ def load_study_result(path: Path) -> StudyResult:
             ) as data,
         ):
             record = record_of(data.attrs, str(path))
-            return _of(path, data, record)
+            names = [str(name) for name in data["failure"].dims]
+            wanted = [*record.wanted, *OF_RUNS]
+            shape = data["failure"].shape
+            left = (
+                ~data["is_run"].values.astype(bool) if "is_run" in data else np.zeros(shape, bool)
+            )
+            axes = tuple(_axis(data, name, repeats=name in record.repeats) for name in names)
+            return StudyResult(
+                path=path,
+                attributes={str(name): str(value) for name, value in data.attrs.items()},
+                record=record,
+                grid=Grid(axes, not_run=(NotRun(tuple(names), left, ""),)),
+                labels={
+                    str(name): (unit_of(one), str(one.attrs.get("long_name", "")))
+                    for name, one in data.coords.items()
+                },
+                numbers={name: data[name].values.astype(float).reshape(shape) for name in wanted},
+                units={name: unit_of(data[name]) for name in wanted},
+                failure=data["failure"].values.astype(str).astype(object).reshape(shape),
+                states=states_of(data),
+                series=series_of(data, record.series, math.prod(shape)),
+            )
     except (OSError, ValueError, KeyError) as error:
         message = f"it is no netCDF file of a study, or is damaged: {error}"
         raise InputError.single(message, "run the study again", str(path)) from error
-
-
-def _of(path: Path, data: xarray.Dataset, record: StudyRecord) -> StudyResult:
-    names = [str(name) for name in data["failure"].dims]
-    wanted = [*record.wanted, *OF_RUNS]
-    shape = data["failure"].shape
-    left = ~data["is_run"].values.astype(bool) if "is_run" in data else np.zeros(shape, bool)
-    axes = tuple(_axis(data, name, repeats=name in record.repeats) for name in names)
-    return StudyResult(
-        path=path,
-        attributes={str(name): str(value) for name, value in data.attrs.items()},
-        record=record,
-        grid=Grid(axes, not_run=(NotRun(tuple(names), left, ""),)),
-        labels={
-            str(name): (unit_of(one), str(one.attrs.get("long_name", "")))
-            for name, one in data.coords.items()
-        },
-        numbers={name: data[name].values.astype(float).reshape(shape) for name in wanted},
-        units={name: unit_of(data[name]) for name in wanted},
-        failure=data["failure"].values.astype(str).astype(object).reshape(shape),
-        states=states_of(data),
-        series=series_of(data, record.series, math.prod(shape)),
-    )
 
 
 def _axis(data: xarray.Dataset, name: str, *, repeats: bool) -> Axis:

@@ -33,7 +33,7 @@ def summary(result: StudyResult, printed: str) -> str:
 
 def _facts(result: StudyResult) -> dict[str, str]:
     record, failed = result.record, len(result.failed)
-    wanted = ", ".join(f"{name} ({one.text})" for name, one in record.wanted.items())
+    wanted = ", ".join(f"{name} ({one})" for name, one in record.wanted.items())
     return {
         "Study": result.attribute("title"),
         "Runs": f"{result.grid.count:,}: {record.made:,} made, {record.kept:,} kept from before; "

@@ -64,10 +64,15 @@ def _shown(outcome: StudyOutcome, wanted: Wanted) -> tuple[str, Averaged]:
 
 def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> None:
     alone = [axis for axis in found.axes if len(axis) == 1]
-    found = _long(found)
-    axes = found.axes
+    axes = tuple(axis for axis in found.axes if len(axis) > 1) or found.axes[:1]
+    shape = tuple(map(len, axes))
+    parts = (found.mean, found.half_width, found.missing)
+    found = Averaged(axes, *(part.reshape(shape) for part in parts))
     if len(axes) == 1 and len(axes[0].varied) > 1:
-        _histogram(panel, found.mean, text)
+        good = found.mean[np.isfinite(found.mean)]
+        panel.hist(good, bins=_bins(good), color=COLOURS[0])
+        panel.set_xlabel(text, fontsize=9)
+        panel.set_ylabel("runs", fontsize=9)
     elif len(axes) >= 2:
         first = (0,) * (len(axes) - 2)
         rest = ", ".join(
@@ -80,14 +85,6 @@ def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> Non
         _curve(panel, found, text, outcome)
     else:
         panel.bar([text], [float(found.mean)], color=COLOURS[0])
-
-
-def _long(found: Averaged) -> Averaged:
-    """The same without the axes of one point; with the first one if all have one."""
-    axes = tuple(axis for axis in found.axes if len(axis) > 1) or found.axes[:1]
-    shape = tuple(map(len, axes))
-    parts = (found.mean, found.half_width, found.missing)
-    return Averaged(axes, *(part.reshape(shape) for part in parts))
 
 
 def _label(axis: Axis, outcome: StudyOutcome) -> str:
@@ -129,14 +126,6 @@ def _curve(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> No
     panel.set_xlabel(_label(axis, outcome), fontsize=9)
     panel.set_ylabel(text, fontsize=9)
     panel.grid(color=GRID, lw=0.6)
-
-
-def _histogram(panel: Axes, values: np.ndarray, text: str) -> None:
-    """How often values (n,) of a sample occur."""
-    good = values[np.isfinite(values)]
-    panel.hist(good, bins=_bins(good), color=COLOURS[0])
-    panel.set_xlabel(text, fontsize=9)
-    panel.set_ylabel("runs", fontsize=9)
 
 
 def _bins(good: np.ndarray) -> int | list[float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.report.panels import aligned
 from m4e_fmi.statistics.confidence import confidence_interval
 from m4e_fmi.study.given.grid import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
@@ -24,6 +25,8 @@ LARGEST = {
     "maximum_quantile",
 }
 """Statistics of which the largest of all states is meant, and no mean over them."""
+NOT_RUN = "–"
+"""In cells of what is not run."""
 MOST_COMPARED = 6
 """Designs whose differences are told."""
 NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
@@ -46,6 +49,22 @@ class Averaged:
     def scaled(self, factor: float) -> Averaged:
         """The same in a unit that is 1/`factor` of theirs."""
         return Averaged(self.axes, factor * self.mean, factor * self.half_width, self.missing)
+
+    @property
+    def largest(self) -> float:
+        """The largest magnitude of the means, in their unit; 0 without any."""
+        return float(np.abs(self.mean[np.isfinite(self.mean)]).max(initial=0.0))
+
+    def cell(self, place: tuple[int, ...]) -> str:
+        """The mean at a place with its half-width, as text; * if some seeds of it failed."""
+        mean, width = float(self.mean[place]), float(self.half_width[place])
+        if math.isnan(mean):
+            return "failed" if self.missing[place] else NOT_RUN
+        mark = "*" if self.missing[place] else ""
+        if math.isnan(width):
+            return f"{aligned(mean)[0]}{mark}"
+        text, spread = aligned(mean, width)
+        return f"{text} ± {spread}{mark}"
 
     def led_by(self, names: tuple[str, ...]) -> Averaged:
         """The same with the axes `names` in front."""

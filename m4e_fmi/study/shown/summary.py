@@ -18,8 +18,6 @@ from m4e_fmi.study.start_up import left_out
 MOST_ROWS = 40
 """Rows of a table."""
 _NO_BRACKETS = str.maketrans("", "", "[]")
-NOT_RUN = "–"
-"""In cells of what is not run."""
 UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
 
@@ -53,8 +51,7 @@ def _time(seconds: float) -> str:
 
 def shown_unit(found: Averaged, unit: str) -> tuple[float, str]:
     """The factor of the means, in their `unit`, by which they are shown, and its text."""
-    largest = float(np.abs(found.mean[np.isfinite(found.mean)]).max(initial=0.0))
-    scale, prefix = scale_of(largest) if unit not in UNSCALED else (1.0, "")
+    scale, prefix = scale_of(found.largest) if unit not in UNSCALED else (1.0, "")
     return scale, "" if unit in ("", "1") else f" [{prefix}{unit}]"
 
 
@@ -113,7 +110,7 @@ def _differences(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
     ]
     of = "" if states is None else " over all states"
     yield f"  difference from {labels[0]}{of}, by pairs of the same seed, ± 95 % confidence{shown}:"
-    cells = [[label, _cell(scaled, place)] for label, place in zip(labels, places, strict=True)]
+    cells = [[label, scaled.cell(place)] for label, place in zip(labels, places, strict=True)]
     yield from _lines(cells[1:])
 
 
@@ -133,18 +130,18 @@ def _result_lines(name: str, unit: str, found: Averaged) -> Iterator[str]:
         yield f"  {name}{unit}:"
         yield from _table(found)
     else:
-        yield f"  {name}: {_cell(found, ())}{unit.translate(_NO_BRACKETS)}"
+        yield f"  {name}: {found.cell(())}{unit.translate(_NO_BRACKETS)}"
 
 
 def _table(found: Averaged) -> Iterator[str]:
     """Lines of values over their axes: one number, a column, or matrices."""
     axes, count = found.axes, len(found.axes)
     if count == 0:
-        yield f"  {_cell(found, ())}"
+        yield f"  {found.cell(())}"
     elif count == 1 and len(axes[0]) > MOST_ROWS:
         yield from _spread(found)
     elif count == 1:
-        rows = [[label, _cell(found, (k,))] for k, label in enumerate(axes[0].labels)]
+        rows = [[label, found.cell((k,))] for k, label in enumerate(axes[0].labels)]
         yield from _lines([[axes[0].name, ""], *rows])
     else:
         if math.prod(len(axis) for axis in axes) > MOST_TOLD * MOST_ROWS:
@@ -157,7 +154,7 @@ def _table(found: Averaged) -> Iterator[str]:
                 yield f"  {', '.join(told)}"
             head = [f"{axes[0].name} \\ {axes[1].name}", *axes[1].labels]
             rows = [
-                [label, *(_cell(found, (i, j, *rest)) for j in range(len(axes[1])))]
+                [label, *(found.cell((i, j, *rest)) for j in range(len(axes[1])))]
                 for i, label in enumerate(axes[0].labels)
             ]
             yield from _lines([head, *rows])
@@ -176,17 +173,6 @@ def _spread(found: Averaged) -> Iterator[str]:
     yield (
         f"  over {len(good)} designs: mean {mean}, standard deviation {deviation}, {low} to {high}"
     )
-
-
-def _cell(found: Averaged, place: tuple[int, ...]) -> str:
-    mean, width = float(found.mean[place]), float(found.half_width[place])
-    if math.isnan(mean):
-        return "failed" if found.missing[place] else NOT_RUN
-    mark = "*" if found.missing[place] else ""
-    if math.isnan(width):
-        return f"{aligned(mean)[0]}{mark}"
-    text, spread = aligned(mean, width)
-    return f"{text} ± {spread}{mark}"
 
 
 def _lines(rows: Sequence[Sequence[str]]) -> Iterator[str]:

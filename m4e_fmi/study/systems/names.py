@@ -53,10 +53,6 @@ class SystemOfStudy(Runnable):
         """Settings of all runs, together."""
         changed(self._given, given)
 
-    def check_setting(self, key: str, value: Scalar) -> None:
-        """One value of a varied setting."""
-        changed(self.system, {key: value})
-
     def check_start(self, name: str, value: Scalar) -> None:
         """A start value by the whole name of its variable."""
         component, _, variable = name.partition(".")

@@ -128,12 +128,11 @@ class SystemPlan:
                 for line in variant.warnings:
                     self.tell(f"{name}: {line} ({_values_text(one.keys, combination)})")
             for number in range(len(one.builds)):
-                draft = one.drafts.pop(number, None)
                 found = ready_fmus(
                     self.part(name, number),
                     self._variants_folder,
                     tell=partial(self._tell_of_one, one, number),
-                    drafts={name: draft} if draft else {},
+                    drafts={},
                 )
                 self._fmus[name, number] = found[name]
 
@@ -276,7 +275,14 @@ class SystemPlan:
         if key not in self._prepared:
             made = prepare(system, build_directory=self.folder, fmus=fmus)
             self._of_all |= dict.fromkeys(made.warnings)
-            self._prepared[key] = made, self._blob(made)
+            # the prepared system in a file, without what lies elsewhere
+            bare = replace(made.system, document=None, origins={}, notes=())
+            data = pickle.dumps(replace(made, system=bare, notes=(), warnings=()), protocol=5)
+            content = hashlib.sha256(data).hexdigest()
+            path = self.blobs / f"{content[:16]}.prepared"
+            with written(path) as part:
+                part.write_bytes(data)
+            self._prepared[key] = made, Blob(content, path.name, path.absolute())
         return self._prepared[key]
 
     def _sizes(self, component: Component) -> dict[str, StartValue]:
@@ -288,16 +294,6 @@ class SystemPlan:
             for name, value in component.start.items()
             if name in variables and variables[name].causality == STRUCTURAL
         }
-
-    def _blob(self, prepared: Prepared) -> Blob:
-        """The prepared system in a file, without what lies elsewhere."""
-        system = replace(prepared.system, document=None, origins={}, notes=())
-        data = pickle.dumps(replace(prepared, system=system, notes=(), warnings=()), protocol=5)
-        content = hashlib.sha256(data).hexdigest()
-        path = self.blobs / f"{content[:16]}.prepared"
-        with written(path) as part:
-            part.write_bytes(data)
-        return Blob(content, path.name, path.absolute())
 
 
 def _expected(system: System, component: Component) -> Draft:

@@ -70,25 +70,19 @@ def perform(task: Task) -> Record:
     FMUs and netCDF's library many cannot be called by two threads.
     """
     with ONE_RUN:
-        return _performed(task)
-
-
-def _performed(task: Task) -> Record:
-    """As `perform`, by one thread."""
-    began = clock.perf_counter()
-    warnings: list[str] = []
-    try:
-        prepared = _prepared(task)
-        with TemporaryFolder(_memory()) as folder:
-            record = _run(task, prepared, folder / RESULTS, warnings)
-    except RunError as error:
-        record = Record(failure=one_line(error.message))
-    except M4eError as error:
-        record = Record(failure=one_line(str(error)))
-    except (ArithmeticError, LookupError, MemoryError, OSError, TypeError, ValueError) as error:
-        record = Record(failure=f"{type(error).__name__}: {error}")
-    told = tuple(dict.fromkeys((*record.warnings, *warnings)))
-    return replace(record, wall_time=clock.perf_counter() - began, warnings=told)
+        began = clock.perf_counter()
+        warnings: list[str] = []
+        try:
+            with TemporaryFolder(_memory()) as folder:
+                record = _run(task, _prepared(task), folder / RESULTS, warnings)
+        except RunError as error:
+            record = Record(failure=one_line(error.message))
+        except M4eError as error:
+            record = Record(failure=one_line(str(error)))
+        except (ArithmeticError, LookupError, MemoryError, OSError, TypeError, ValueError) as error:
+            record = Record(failure=f"{type(error).__name__}: {error}")
+        told = tuple(dict.fromkeys((*record.warnings, *warnings)))
+        return replace(record, wall_time=clock.perf_counter() - began, warnings=told)
 
 
 @lru_cache(maxsize=1)

@@ -25,8 +25,6 @@ from m4e_fmi.study.targets import dotted, with_values
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
 Make = Callable[[Component], Draft]
-MOST_DRAFTS = 8
-"""Programs that are kept until their FMUs are built; others are made again. One may have 50 MB."""
 _GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 _NO_REFERENCES = 2
 """Version of marshal's form in which equal operations have equal bytes."""
@@ -61,8 +59,7 @@ class Variant:
 class Variants:
     """All versions of one component, by the values of its varied `keys`.
 
-    `labels` are unit and description of keys that are parameters of its program, by place. `drafts`
-    are those of builds by number, until they are used; of many programs all would fill the memory.
+    `labels` are unit and description of keys that are parameters of its program, by place.
     """
 
     name: str
@@ -70,7 +67,6 @@ class Variants:
     builds: tuple[Build, ...]
     of: Mapping[Combination, Variant] = field(repr=False)
     labels: Mapping[int, tuple[str, str]] = field(default_factory=dict)
-    drafts: dict[int, Draft] = field(default_factory=dict, repr=False)
 
 
 def variants(
@@ -87,7 +83,6 @@ def variants(
     """
     problems: dict[Problem, Problem] = {}
     builds: list[Build] = []
-    drafts: dict[int, Draft] = {}
     by_code: dict[str, int] = {}
     of: dict[Combination, Variant] = {}
     alike: list[dict[str, Variable] | None] = [None] * len(keys)
@@ -108,8 +103,6 @@ def variants(
         number = by_code.setdefault(_code_of(made, program), len(builds))
         if number == len(builds):
             builds.append(made)
-            if number < MOST_DRAFTS or program is None:
-                drafts[number] = draft
         warnings = tuple(line for line in draft.lines if line.startswith(WARNING))
         of[one] = Variant(number, component, _started(builds[number], made), warnings)
     InputError.raise_for(problems.values())
@@ -119,7 +112,7 @@ def variants(
         same = [v for v in known.values() if v.name.rpartition(".")[2] == str(key[-1])]
         if len(alone := same or ([*known.values()] if vary else [])) == 1:
             labels[k] = alone[0].unit, alone[0].description.partition(",")[0]
-    return Variants(name, tuple(keys), tuple(builds), of, labels, drafts)
+    return Variants(name, tuple(keys), tuple(builds), of, labels)
 
 
 def _with_keys(system: System, name: str, values: Mapping[Location, object]) -> Component:

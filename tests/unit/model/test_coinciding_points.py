@@ -129,5 +129,4 @@ def test_what_passes_through_is_drawn(tmp_path: Path) -> None:
     model = sliding(spring=spring, damper=damper, foot=Bushing(ENDS, 1.0))
     run = simulate(model, stop_time=0.1, start_values={"joint.rail.u": 3.0})
     assert draw_model(model, tmp_path / "block.png").stat().st_size
-    for suffix in (".gif", ".html"):
-        assert animate(model, run, tmp_path / f"block{suffix}").stat().st_size
+    assert animate(model, run, tmp_path / "block.html").stat().st_size

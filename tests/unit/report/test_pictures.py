@@ -131,7 +131,7 @@ def test_what_cannot_be_drawn_is_refused(
     path = tmp_path / "p.svg"
     for draw, said in (
         (lambda: animate(cart, simulation, tmp_path / "c.mp4"),
-         r"cannot be written as '.mp4'\n.*use .html or .gif"),
+         r"cannot be written as '.mp4'\n.*use .html"),
         (lambda: animate(spiderfloat, simulation, tmp_path / "c.html"),
          "the simulation of 'cart' has no body 'float'"),
         (lambda: plot_modes(cart, np.eye(2), path), r"2 rows, the model 3 coordinates"),

@@ -188,5 +188,5 @@ def test_damaged_records_are_refused() -> None:
     texts += [text[:length] for length in range(0, len(text), 17)]
     texts += [carried_record(Record(graph=graph))[ATTRIBUTE] for graph in graphs]
     for damaged in texts:
-        with pytest.raises(InputError, match=r"r\.nc: its record of the run is damaged"):
+        with pytest.raises(InputError, match=r"r\.nc: its record is damaged"):
             record_of({ATTRIBUTE: damaged}, "r.nc")

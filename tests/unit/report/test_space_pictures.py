@@ -173,7 +173,7 @@ def test_page(tmp_path: Path, gyroscope: Model) -> None:
     text = path.read_text(encoding="utf-8")
     assert not [w for w in ("http:", "src=", "import ", "@data@") if w in text]
     start = start_poses(scene, model_program(gyroscope))
-    figure = space_figure(scene, start, inches=5.0, named=True)
+    figure = space_figure(scene, start, inches=5.0)
     assert {text.get_text() for text in figure.axes[0].texts} >= {"1 outer", "3 disc", "X"}
 
 

@@ -26,7 +26,7 @@ from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.record import Record
 from m4e_fmi.study.systems.task import Blob, Task, coupling_error_of, perform
-from m4e_fmi.study.systems.variants import MOST_DRAFTS, Combination, Variants, variants
+from m4e_fmi.study.systems.variants import Combination, Variants, variants
 
 STUDY = """\
 name: carts
@@ -187,10 +187,8 @@ def test_keys_that_are_start_values_share_one_fmu(tmp_path: Path) -> None:
 
 
 def test_other_operations_have_an_fmu_of_their_own(tmp_path: Path) -> None:
-    """Few drafts wait for their FMUs: of a sea in space hundreds would fill the memory."""
     one = found(tmp_path, "push", [("times", 1)], [(0.1 * k,) for k in range(1, 15)])
     assert [variant.build for variant in one.of.values()] == [*range(14)]
-    assert [*one.drafts] == [*range(MOST_DRAFTS)]
 
 
 @pytest.mark.parametrize("at", [0.0, 28.0])
