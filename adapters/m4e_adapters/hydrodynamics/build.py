@@ -17,7 +17,6 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.drift.bodies import read_drifts
 from m4e_adapters.hydrodynamics.flow.bem import excited_by, moving_hulls, solve_hulls, without_flow
-from m4e_adapters.hydrodynamics.flow.gap_lid import damped_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
@@ -135,7 +134,6 @@ def coefficients_of(
     """
     sections, parts = wave_sections(config.waves), config.loads.excitation
     direction = sections[0].direction - config.heading if sections else 0.0  # from the hulls' x
-    lid = damped_lid(config.gap_lids, hulls)
     if not solved:
         still = without_flow(hulls, water=config.water, omega=omega, wave_direction=direction)
         return replace(still, excited_by=parts)
@@ -145,7 +143,6 @@ def coefficients_of(
         omega=omega,
         wave_direction=direction,
         needed=needed,
-        gap_lid=lid,
         progress=progress,
     )
     return excited_by(found, moving_hulls(hulls), parts)
@@ -209,7 +206,7 @@ def program_of(
         waves=config.waves if waves is None else waves,
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
-        heading=Heading(config.heading, config.heading_filter),
+        heading=Heading(config.heading),
         current=config.current,
         loads=config.loads,
         drift=read_drifts(config, folder, centers=centers, water=coefficients),

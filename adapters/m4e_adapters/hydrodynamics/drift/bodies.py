@@ -26,7 +26,6 @@ from m4e_adapters.hydrodynamics.drift.recording import (
 )
 from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift, Qtf
 from m4e_adapters.hydrodynamics.geometry.motions import X_Y_PAIRS, Motion
-from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.motions import Motions
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
@@ -43,23 +42,21 @@ def matched(
     systems: Sequence[WaveSystem],
     *,
     heading: float,
-    turns: bool,
     tell: Tell,
 ) -> Drifting:
     """The drift for the waves of `systems`, for hulls with that `heading` [deg].
 
-    It `turns` if the heading follows the yaw. `tell` gets lines on what was done. InputError if the
-    table does not have the directions or the frequencies of the waves.
+    `tell` gets lines on what was done. InputError if the table does not have the directions or the
+    frequencies of the waves.
     """
     for note in table.notes:
         tell(f"{table.name}: {note}")
     _check_frequencies(table, systems, tell)
     if isinstance(table, Qtf):
-        return _paired(table, systems, heading=heading, turns=turns, tell=tell)
+        return _paired(table, systems, heading=heading, tell=tell)
     around = harmonics(table)
     if around is not None:
         return Directed(table.omega, table.motions, around)
-    _check_turns(table, turns)
     tell(
         f"{table.name}: its directions are not all around in steps of {FINEST:g} to {WIDEST:g} "
         "deg: those of the waves are fixed"
@@ -95,18 +92,7 @@ def _row(table: MeanDrift | Qtf, direction: float) -> int:
     return place
 
 
-def _check_turns(table: MeanDrift | Qtf, turns: bool) -> None:
-    if turns:
-        raise InputError.single(
-            f"{table.name}: the heading follows the yaw, this drift is not for all directions",
-            "leave out heading_filter, or take mean drift for directions all around",
-        )
-
-
-def _paired(
-    table: Qtf, systems: Sequence[WaveSystem], *, heading: float, turns: bool, tell: Tell
-) -> Paired:
-    _check_turns(table, turns)
+def _paired(table: Qtf, systems: Sequence[WaveSystem], *, heading: float, tell: Tell) -> Paired:
     angles = {round(b % 360.0, 3) for own in systems for b in _directions(own, heading)}
     if len(angles) > 1:
         raise InputError.single(
@@ -205,16 +191,18 @@ def matched_drifts(
     drift: Mapping[str, BodyDrift],
     coefficients: Coefficients,
     systems: Sequence[WaveSystem],
-    heading: Heading,
+    heading: float,
     tell: Tell,
 ) -> dict[str, Drifting]:
-    """The drift of each body for the waves of `systems`; InputError with all problems."""
+    """The drift of each body for the waves of `systems`, for hulls with that `heading` [deg].
+
+    InputError with all problems.
+    """
     found, problems = dict[str, Drifting](), list[Problem]()
     for name, own in drift.items():
         _doubt(own, name, coefficients, tell)
-        turns = heading.filter_time is not None
         try:
-            found[name] = matched(own.table, systems, heading=heading.angle, turns=turns, tell=tell)
+            found[name] = matched(own.table, systems, heading=heading, tell=tell)
         except InputError as error:
             problems += _placed(error, name)
     InputError.raise_for(problems)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -163,7 +163,7 @@ def record_outputs(
 
 
 def publish_added_mass(
-    publish: Callable[[Variable, Scalar | float], None],
+    recorder: Recorder,
     coefficients: Coefficients,
     matrix: np.ndarray,
     axes: Axes | None,
@@ -183,4 +183,4 @@ def publish_added_mass(
                 mass_unit(kinds[i], kinds[j]),
                 f"added mass at infinite frequency: {row} per acceleration in {column}",
             )
-            publish(variable, value)
+            recorder.calculate(variable, value)

@@ -101,15 +101,14 @@ def hydrodynamics_program(
     acting, given, drags = loads or Loads(), drift or {}, drag or {}
     _check_excitation(coefficients, acting)
     heading = heading or Heading()
-    turns = heading.filter_time is not None
     made = wave_systems(
         waves or (), depth=coefficients.depth, gravity=coefficients.gravity, folder=folder
     )
     systems = [
         own.within(float(coefficients.omega[0]), float(coefficients.omega[-1])) for own in made
     ]
-    drifts = matched_drifts(given, coefficients, systems, heading, progress)
-    directed = towards_each(coefficients, systems, heading=heading.angle, turns=turns)
+    drifts = matched_drifts(given, coefficients, systems, heading.angle, progress)
+    directed = towards_each(coefficients, systems, heading=heading.angle)
     of_single = bool(systems) and coefficients.of_single_directions
     if of_single or not all(isinstance(own, Directed) for own in drifts.values()):
         heading = replace(heading, fixed=True)
@@ -149,8 +148,7 @@ def hydrodynamics_program(
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, held)
     record_air_gaps(recorder, coefficients, moved, hulls.points, met.levels)
     if "radiation" in parts and memory is not None:
-        publish = recorder.output if turns else recorder.calculate
-        publish_added_mass(publish, coefficients, memory.added_mass_inf, moved.axes)
+        publish_added_mass(recorder, coefficients, memory.added_mass_inf, moved.axes)
     return recorder.program()
 
 
@@ -177,8 +175,8 @@ def _hulls(
         places=moved.places,
         points=on_bodies,
         in_water=in_water,
-        gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
-        waters=[body.place(coefficients, moved.reference, offsets) for body in in_water],
+        gauges=[point.place(coefficients, moved.axes) for point in on_bodies],
+        waters=[body.place(coefficients, moved.axes, offsets) for body in in_water],
         offsets=offsets,
     )
 

@@ -29,8 +29,8 @@ SCATTER = 0.01  # distance from the line, over the largest real part, of data th
 MEANT = 2.0
 SHOWN = 4  # frequencies in a message
 REMEDY = (
-    "look at the panels there: a finer mesh, a lid against irregular frequencies, a wider gap or a "
-    "lid with damping in it, or a lower frequencies.maximum"
+    "look at the panels there: a finer mesh, a lid against irregular frequencies, a wider gap, or "
+    "a lower frequencies.maximum"
 )
 
 

@@ -126,7 +126,7 @@ class HullWaves(SystemWaves):
         if c.dimensions == 3:
             reference = Axes.at(values["heading"])
             places = reference_places(c.centers, reference)
-            heading = values["heading"] + values.get("heading_change", 0.0)
+            heading = values["heading"]
         forces = np.zeros((len(omega), len(c.motions)), dtype=complex)
         for own, known in _directed(c, directions, heading):
             waves = _of_numbers(c, omega[own], directions[own])

@@ -18,8 +18,7 @@ from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
-from m4e_fmi.errors import InputError
-from m4e_fmi.program import Program, jacobian
+from m4e_fmi.program import Program
 
 KNOTS = np.linspace(0.2, 2.6, 25)
 AROUND = np.arange(0.0, 360.0, 30.0)
@@ -208,18 +207,6 @@ def test_directions_that_are_not_all_around_are_fixed() -> None:
     assert len(set(limits["heading"])) == len(set(limits["wave.direction"])) == 1
     yaw = series(program, TIMES)["float.drift_moment_z"]
     assert yaw == pytest.approx(0.64 * 3e3 * 2.0 * math.pi / 7.0, rel=1e-6)
-    with pytest.raises(InputError, match="the heading follows the yaw"):
-        load(drift, wave, heading=Heading(15.0, 50.0))
-
-
-def test_a_heading_that_follows_the_yaw_has_derivatives() -> None:
-    """Also where a mean drift is 0, and its root has none."""
-    beta = np.radians(AROUND)
-    shape = np.stack([np.cos(beta), np.sin(beta), np.sin(2.0 * beta)], axis=1)
-    table = MeanDrift("hull.8", KNOTS, AROUND, (SURGE, SWAY, YAW), np.tile(1e3 * shape, (25, 1, 1)))
-    program = load(BodyDrift(table), SEA, heading=Heading(0.0, 50.0))
-    found = series(jacobian(program, "outputs").program, TIMES[:2])
-    assert all(np.isfinite(values).all() for values in found.values())
 
 
 def test_long_waves_below_the_table() -> None:
