@@ -18,8 +18,6 @@ from m4e_adapters.morison.motion import BodyMotion, axis_of
 
 STEP = 1e-5
 """Of heave [m] and turns [rad], for derivatives."""
-ACCURACY = 1e-9
-"""Of the balance at rest: force over displacement [1], and arm [m]."""
 Floats = np.ndarray
 
 
@@ -60,13 +58,13 @@ class Afloat:
         return np.array([*total[0], *total[1]], dtype=float)
 
     def stability(self) -> Stability:
-        """Its hydrostatics, pose at rest with the mass of the displaced water, righting arms."""
+        """Its hydrostatics and righting arms."""
         angles = np.radians(ANGLES)
         curves = {}
         for about in (HEEL, PITCH):
             arms = np.array([self._arm(float(angle), about) for angle in angles])
-            curves[about] = Curve(angles, arms, np.nan, np.nan)
-        return Stability(self.name, self.center, self._hydrostatics(), {}, self._rest(), curves)
+            curves[about] = Curve(angles, arms)
+        return Stability(self.name, self.center, self._hydrostatics(), {}, curves)
 
     def _hydrostatics(self) -> Hydrostatics:
         """Of the reference pose: moments of the waterplane from derivatives of the moments."""
@@ -131,21 +129,3 @@ class Afloat:
         if excess(-reach) > 0.0:
             heave = float(brentq(excess, -reach, reach, xtol=1e-12))
         return -float(self.wrench(heave, *turns)[3 if about == HEEL else 4]) / volume
-
-    def _rest(self) -> tuple[float, float, float] | None:
-        """Heave [m], heel and trim [rad] of the pose at rest with that mass; None if unstable."""
-        from scipy.optimize import root
-
-        volume = float(self._at_rest[2])
-
-        def left(pose: Floats) -> Floats:
-            found = self.wrench(*pose)
-            return np.array([found[2] - volume, found[3], found[4]]) / volume
-
-        pose = root(left, np.zeros(3), tol=1e-12).x
-        slopes = np.array([[-self._slope(k)[j] for k in range(3)] for j in (2, 3, 4)])
-        lowest = np.linalg.eigvalsh(0.5 * (slopes + slopes.T)).min()
-        if np.abs(left(pose)).max() > ACCURACY or lowest < 0.0:
-            return None
-        heave, heel, trim = (float(v) for v in pose)
-        return heave, heel, trim

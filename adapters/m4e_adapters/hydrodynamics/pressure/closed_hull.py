@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Box, Shape, Sphere
+from m4e_adapters.hydrodynamics.config import Box, Revolved, Shape, Sphere
 from m4e_adapters.hydrodynamics.geometry.checks import Wrong, check_edges, check_shells, place
 from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
 from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
-from m4e_adapters.hydrodynamics.geometry.solids import union_of, upright, whole_revolved
+from m4e_adapters.hydrodynamics.geometry.solids import union_of, whole_revolved
 from m4e_adapters.hydrodynamics.pressure.config import HullBody, HullPressureConfig
 from m4e_fmi.errors import InputError, Problem
 
@@ -73,10 +73,12 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
 def _drawn(shape: Shape, count: int) -> Panels:
     """The surface of a built-in shape; that of a sphere or box displaces its exact volume."""
     if shape.cylinder is not None:
-        whole = upright(shape.cylinder, shape.cylinder.freeboard or 0.0)
-        return whole_revolved(whole, count, whole.profile[-1][1] + 1.0)
+        one, top = shape.cylinder, shape.cylinder.freeboard or 0.0
+        profile = ((one.radius, -one.draft), (one.radius, top))
+        whole = Revolved(profile=profile, center_x=one.center_x, center_y=one.center_y)
+        return whole_revolved(whole, count)
     if shape.revolved is not None:
-        return whole_revolved(shape.revolved, count, shape.revolved.profile[-1][1] + 1.0)
+        return whole_revolved(shape.revolved, count)
     if shape.sphere is not None:
         return _sphere(shape.sphere, count)
     assert shape.box is not None
