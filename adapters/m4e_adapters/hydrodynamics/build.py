@@ -39,9 +39,6 @@ Progress = Callable[[str], object]
 MOST_BEYOND = 2.0  # frequencies that a response is asked for, over those of the memory
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
-LENGTHS = (0.01, 1000.0)  # [m] of hulls
-BODIES_APART = 1000.0  # length of a hull over that of the shortest
-WAVES_APART = 100.0  # length of a hull over that of the waves
 UNSTABLE = -1e-3  # metacentric height over the size of a body, beyond the panels' noise
 
 
@@ -102,7 +99,7 @@ def _prepared(
     except InputError as error:
         problems += error.problems
     InputError.raise_for(problems)
-    for text in (*size_doubts(hulls, config, waves), *stability_doubts(hulls, config.water)):
+    for text in stability_doubts(hulls, config.water):
         progress(f"warning: {text}")
     for hull in hulls:
         progress(_hull_text(hull, config.water))
@@ -197,8 +194,13 @@ def program_of(
     progress: Progress,
 ) -> Program:
     """The load of a configuration with its `coefficients`; `waves` and `memory` if made before."""
-    for text in flow_doubts(config):
+    for text in current_doubts(config.current, has_waves=bool(wave_sections(config.waves))):
         progress(f"warning: {text}")
+    if config.current is not None and not config.feels_current:
+        progress(
+            "warning: the current acts on nothing: no body has drag in moving water (drag: {surge: "
+            "…})"
+        )
     centers = dict(zip(coefficients.bodies, map(tuple, coefficients.centers.tolist()), strict=True))
     return hydrodynamics_program(
         coefficients,
@@ -291,27 +293,6 @@ def _table(
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)])
 
 
-def size_doubts(
-    hulls: Sequence[Hull], config: HydrodynamicsConfig, systems: Sequence[WaveSystem]
-) -> Iterator[str]:
-    """Hulls of sizes that no hull has, or none beside the others or in these waves; a line each."""
-    lengths = {hull.name: float(np.ptp(hull.panels.vertices, axis=0).max()) for hull in hulls}
-    shortest = min(lengths, key=lambda name: lengths[name])
-    waves = min((system.length for system in systems), default=math.inf)
-    for name, length in lengths.items():
-        told = f"the hull of body {name!r} measures {length:.4g} m"
-        if config.bodies[name].shape.mesh is not None:
-            remedy = "a mesh is in m; one in mm has 'scale: 0.001'"
-        else:
-            remedy = "lengths are in m"
-        if not LENGTHS[0] <= length <= LENGTHS[1]:
-            yield f"{told}, hulls have {LENGTHS[0]:g} to {LENGTHS[1]:g} m: {remedy}"
-        elif length > BODIES_APART * lengths[shortest]:
-            yield f"{told}, that of {shortest!r} {lengths[shortest]:.4g} m: {remedy}"
-        elif length > WAVES_APART * waves:
-            yield f"{told}, the waves are {waves:.4g} m long: {remedy}"
-
-
 def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
     """Hulls that capsize if they float freely; a line each."""
     for hull in hulls:
@@ -330,13 +311,6 @@ def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
                 f"N.m/rad, weight included (GM = {height:.3g} m): floating freely it capsizes: "
                 "lower center_of_gravity"
             )
-
-
-def flow_doubts(config: HydrodynamicsConfig) -> Iterator[str]:
-    """A current beside waves, or one that acts on nothing; a line each."""
-    yield from current_doubts(config.current, has_waves=bool(wave_sections(config.waves)))
-    if config.current is not None and not config.feels_current:
-        yield "the current acts on nothing: no body has drag in moving water (drag: {surge: …})"
 
 
 def _hull_text(hull: Hull, water: Water) -> str:

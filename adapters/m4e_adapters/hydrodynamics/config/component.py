@@ -24,7 +24,6 @@ from m4e_adapters.hydrodynamics.config.waves import (
     Still,
     Waves,
     flow_problems,
-    wave_sections,
 )
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected_at
@@ -132,28 +131,9 @@ class HydrodynamicsConfig(Section):
 
 def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys that other keys leave without effect."""
-    of_file, loads = config.coefficients is not None, config.loads
-    moving = [body for body in config.bodies.values() if not body.fixed]
-    still = loads.drag == "none" or all(body.drag.water == "still" for body in moving)
-    unexcited = not loads.excitation or not wave_sections(config.waves)
-    on_file, acting = " on coefficients of a file", "remove it, or the load's 'none' from 'loads'"
+    of_file, on_file = config.coefficients is not None, " on coefficients of a file"
     rows: list[tuple[Section, Keys, bool, str, str]] = [
-        (config, ("radiation",), loads.radiation == "none", ": loads.radiation is none", acting),
         (config, ("frequencies",), of_file, on_file, "remove it: the file has its own"),
-        (
-            loads,
-            ("loads", "excitation_at"),
-            loads.displaced and unexcited,
-            ": there are no waves, or they do not excite",
-            "remove it",
-        ),
-        (
-            config,
-            ("current",),
-            still,
-            ": it acts by drag, which is switched off or 'water: still'",
-            "remove it, or let a body have drag in moving water",
-        ),
     ]
     for name, body in config.bodies.items():
         whys = {
@@ -177,7 +157,6 @@ def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
                 " on a fixed body",
                 "remove it, or remove 'fixed'",
             ),
-            ("drag",): (loads.drag == "none", ": loads.drag is none", acting),
             ("panels",): (
                 body.shape.mesh is not None,
                 " on a mesh file",
@@ -185,10 +164,6 @@ def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             ),
         }
         rows += [(body, ("bodies", name, key), *why) for keys, why in whys.items() for key in keys]
-        framed = body.fixed and body.shape.frame != "world"
-        keys = ("bodies", name, "shape", "frame")
-        remedy = "remove it and give mesh_origin: the body has no centre of gravity"
-        rows.append((body.shape, keys, framed, " on a fixed body", remedy))
     for section, keys, applies, why, remedy in rows:
         key = str(keys[-1])
         if applies and key in section.model_fields_set and getattr(section, key):

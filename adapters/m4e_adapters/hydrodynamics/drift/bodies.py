@@ -19,7 +19,6 @@ from m4e_adapters.hydrodynamics.drift.recording import (
     Drifting,
     FixedDrift,
     Paired,
-    at_frequency,
     drift_forces,
     factorised,
     harmonics,
@@ -102,26 +101,12 @@ def _paired(table: Qtf, systems: Sequence[WaveSystem], *, heading: float, tell: 
         )
     place = _row(table, angles.pop()) if angles else 0
     factors = tuple(factorised(qtf) for qtf in table.values[place])
-    for motion, qtf, own in zip(table.motions, table.values[place], factors, strict=True):
-        error = _error(table.omega, qtf, own.matrix, systems)
+    for motion, own in zip(table.motions, factors, strict=True):
         tell(
             f"{table.name}: the QTF of {motion.name} has {len(own.values)} factors of "
-            f"{len(qtf)}, which leave {error:.1g} of the force's standard deviation in these waves"
+            f"{len(own.shapes)}"
         )
     return Paired(table.omega, table.motions, factors)
-
-
-def _error(
-    knots: np.ndarray, qtf: np.ndarray, kept: np.ndarray, systems: Sequence[WaveSystem]
-) -> float:
-    """‖a(Q − Q')a‖ over ‖aQa‖ of all waves of amplitudes a: standard deviations of the forces."""
-    omega = np.concatenate([own.configured()[0] for own in systems] or [knots])
-    amplitudes = np.concatenate([own.configured()[1] for own in systems] or [np.ones(len(knots))])
-    hats = amplitudes[:, None] * np.array(
-        [at_frequency(w, knots, np.eye(len(knots))) for w in omega.tolist()]
-    )
-    whole = np.linalg.norm(hats @ qtf @ hats.T)
-    return float(np.linalg.norm(hats @ (qtf - kept) @ hats.T) / whole) if whole else 0.0
 
 
 def _check_frequencies(table: MeanDrift | Qtf, systems: Sequence[WaveSystem], tell: Tell) -> None:

@@ -134,11 +134,6 @@ class Factors:
     values: np.ndarray
     shapes: np.ndarray = field(repr=False)
 
-    @property
-    def matrix(self) -> np.ndarray:
-        """Σ λ u uᴴ, (nω, nω) [N/m2, N.m/m2]."""
-        return (self.shapes * self.values) @ self.shapes.conj().T
-
 
 def factorised(qtf: np.ndarray) -> Factors:
     """Factors of a Hermitian `qtf` (nω, nω) [N/m2, N.m/m2], without `LEFT_OUT` of it."""

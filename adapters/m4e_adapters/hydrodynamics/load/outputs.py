@@ -17,7 +17,6 @@ from m4e_fmi.program import Recorder, Scalar, Variable
 
 HEAVE, TURN = 0.5, math.radians(15.0)  # limits: mean drafts, rad
 OF_WAVE = 0.1  # of the wave length (at the peak): 36 deg of the phase
-OF_GAP = 0.25  # of the distance between bodies, whose waves feel it
 
 
 @dataclass(frozen=True)
@@ -34,17 +33,13 @@ def motion_ranges(
 ) -> dict[str, Range]:
     """The ranges of body `k` by motion."""
     reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
-    turn, drift = Range(-TURN, TURN, reason), _drift(coefficients, k, waves)
+    turn, drift = Range(-TURN, TURN, reason), _drift(waves)
     known = {"heave": _heave(coefficients, k), "surge": drift, "sway": drift}
     return {m.name: known.get(m.name, turn) for m in coefficients.body_motions}
 
 
-def _drift(coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]) -> Range:
-    """The excitation is that at the reference place: a share of the shortest system's length.
-
-    In still water a share of the distance to the nearest of several bodies; one body may go
-    anywhere.
-    """
+def _drift(waves: Sequence[WaveSystem]) -> Range:
+    """The excitation is that at the reference place: a share of the shortest system's length."""
     if waves:
         length = min(system.length for system in waves)
         limit = OF_WAVE * length
@@ -53,16 +48,7 @@ def _drift(coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]) -> R
             f"length of {length:.4g} m"
         )
         return Range(-limit, limit, reason)
-    ways = np.delete(coefficients.places, k, axis=0) - coefficients.places[k]
-    distances = [math.hypot(x, y) for x, y, _ in ways.tolist()]
-    if not distances or min(distances) == 0.0:
-        return Range()
-    limit = OF_GAP * min(distances)
-    reason = (
-        f"bodies feel each other as in the reference pose, for motions within {OF_GAP:g} of their "
-        f"distance of {min(distances):.4g} m"
-    )
-    return Range(-limit, limit, reason)
+    return Range()
 
 
 def _heave(coefficients: Coefficients, k: int) -> Range:
