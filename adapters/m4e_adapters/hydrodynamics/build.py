@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,7 +39,6 @@ Progress = Callable[[str], object]
 MOST_BEYOND = 2.0  # frequencies that a response is asked for, over those of the memory
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
-UNSTABLE = -1e-3  # metacentric height over the size of a body, beyond the panels' noise
 
 
 def coefficients_from_config(
@@ -99,8 +98,6 @@ def _prepared(
     except InputError as error:
         problems += error.problems
     InputError.raise_for(problems)
-    for text in stability_doubts(hulls, config.water):
-        progress(f"warning: {text}")
     for hull in hulls:
         progress(_hull_text(hull, config.water))
     return hulls, waves
@@ -291,26 +288,6 @@ def _table(
     needed = max(needed_frequency(waves), min(highest, MOST_BEYOND * limit))
     more = math.ceil((needed - maximum) / step - 1e-9)
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)])
-
-
-def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
-    """Hulls that capsize if they float freely; a line each."""
-    for hull in hulls:
-        if hull.fixed:
-            continue
-        volume = hull.hydrostatics.volume
-        heights = {"pitch": hull.hydrostatics.metacentric_height(hull.center)}
-        if len(hull.center) == 3:
-            heights["roll"] = hull.hydrostatics.transverse_metacentric_height(hull.center)
-        for motion, height in heights.items():
-            if height >= UNSTABLE * math.cbrt(volume):
-                continue
-            stiffness = water.density * water.gravity * volume * height
-            yield (
-                f"body {hull.name!r} is unstable in {motion}, with a stiffness of {stiffness:.4g} "
-                f"N.m/rad, weight included (GM = {height:.3g} m): floating freely it capsizes: "
-                "lower center_of_gravity"
-            )
 
 
 def _hull_text(hull: Hull, water: Water) -> str:

@@ -139,7 +139,13 @@ def _lines(one: Stability, water: Water) -> Iterator[str]:
     if one.inertias:
         yield "  moments of inertia of that mass about x, y, z through G:"
     for shape, tensor in one.inertias.items():
-        yield from _inertia_lines(shape, tensor, water.density * one.hydrostatics.volume)
+        scaled = water.density * one.hydrostatics.volume * tensor
+        moments = scaled.diagonal()
+        cells = "".join(f" {v:12.6g}" for v in moments)
+        yield f"    {shape:<42}{cells}  kg.m2"
+        xy, yz, zx = scaled[[0, 1, 2], [1, 2, 0]]
+        if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
+            yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
     yield from _righting_lines(one)
 
 
@@ -166,16 +172,6 @@ def _hydrostatic_rows(one: Stability, water: Water) -> Sequence[tuple[str, Seque
         ("metacentre above B, in heel and pitch (BM)", [h - above for h in heights], "m"),
         ("metacentre above G, in heel and pitch (GM)", heights, "m"),
     ]
-
-
-def _inertia_lines(shape: str, tensor: np.ndarray, mass: float) -> Iterator[str]:
-    """Of a `tensor` (3, 3) [m2] times the `mass` [kg]."""
-    moments = mass * tensor.diagonal()
-    cells = "".join(f" {v:12.6g}" for v in moments)
-    yield f"    {shape:<42}{cells}  kg.m2"
-    xy, yz, zx = mass * tensor[[0, 1, 2], [1, 2, 0]]
-    if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
-        yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
 
 
 def _righting_lines(one: Stability) -> Iterator[str]:

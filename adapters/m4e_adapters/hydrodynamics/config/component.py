@@ -113,7 +113,13 @@ class HydrodynamicsConfig(Section):
         wrong += flow_problems(
             self.waves, self.current, depth=self.water.depth, dimensions=self.dimensions
         )
-        wrong += [*_missing(self), *_drift_twice(self)]
+        wrong += _missing(self)
+        for name, body in self.bodies.items():
+            if self.loads.displaced and body.drift is not None:
+                text = "the excitation at the displaced place has a part of the second-order drift "
+                text += f"of body {name!r}, which counts it all"
+                remedy = "remove the body's drift, or excitation_at"
+                wrong.append(rejected_at(("loads", "excitation_at"), text, remedy))
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(rejected_at(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -168,16 +174,6 @@ def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         key = str(keys[-1])
         if applies and key in section.model_fields_set and getattr(section, key):
             yield rejected_at(keys, f"'{key}' has no effect{why}", remedy)
-
-
-def _drift_twice(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Excitation at the displaced place that counts drift which a body has as well."""
-    for name, body in config.bodies.items():
-        if config.loads.displaced and body.drift is not None:
-            text = "the excitation at the displaced place has a part of the second-order drift of "
-            remedy = "remove the body's drift, or excitation_at"
-            text += f"body {name!r}, which counts it all"
-            yield rejected_at(("loads", "excitation_at"), text, remedy)
 
 
 def _missing(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:

@@ -13,7 +13,6 @@ from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.drift.files import read_drift
 from m4e_adapters.hydrodynamics.drift.recording import (
-    FINEST,
     WIDEST,
     Directed,
     Drifting,
@@ -57,8 +56,8 @@ def matched(
     if around is not None:
         return Directed(table.omega, table.motions, around)
     tell(
-        f"{table.name}: its directions are not all around in steps of {FINEST:g} to {WIDEST:g} "
-        "deg: those of the waves are fixed"
+        f"{table.name}: its directions are not all around in equal steps of {WIDEST:g} deg or "
+        "less: those of the waves are fixed"
     )
     places = [[_row(table, beta) for beta in _directions(own, heading)] for own in systems]
     return FixedDrift(
@@ -83,8 +82,8 @@ def _row(table: MeanDrift | Qtf, direction: float) -> int:
         raise InputError.single(
             f"{table.name} has no drift for waves at {direction % 360.0:.6g} deg from the hull's "
             f"axis: it has {known}" + (f" and {more} more" if more > 0 else ""),
-            "compute it for that direction too; in a mean drift table directions all around, at "
-            f"most {WIDEST:g} deg apart and multiples of {FINEST:g} deg or more, are good for any "
+            "compute it for that direction too; in a mean drift table directions all around, in "
+            f"equal steps of {WIDEST:g} deg or less, are good for any "
             "(a hull that is symmetric about y = 0 has sway and yaw of the other sign at minus "
             "the direction)",
         )

@@ -93,11 +93,6 @@ def is_symmetric(solid: Solid, axis: int) -> bool:
     return (solid - image).volume() < SYMMETRIC * solid.volume()
 
 
-def below_the_water(solid: Solid) -> Solid:
-    """The part of a solid below z = 0."""
-    return solid.trim_by_plane([0.0, 0.0, -1.0], 0.0)
-
-
 def triangles_of(solid: Solid) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (nv, 3) [m] of a solid, and its triangles (nt, 3) of them, normals outwards."""
     mesh = solid.to_mesh64()

@@ -34,7 +34,7 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
 from m4e_adapters.hydrodynamics.load.drag import (
-    bodies_in_moving_water,
+    InWater,
     record_drag,
     record_water_velocity,
 )
@@ -166,8 +166,12 @@ def _hulls(
     Where bodies are displaced, they meet the waves of where they have come to.
     """
     on_bodies = points_on_bodies(coefficients, points)
-    acts = loads.drag != "none"
-    in_water = bodies_in_moving_water(coefficients, drags, current) if acts else ()
+    usual = "still" if current is None else "moving"
+    in_water = [
+        InWater(k, min(float(coefficients.places[k][2]), 0.0))
+        for k, body in enumerate(coefficients.bodies if loads.drag != "none" else ())
+        if (drags.get(body, Drag()).water or usual) == "moving"
+    ]
     offsets = moved.offsets(coefficients) if loads.displaced else []
     return HullsInSea(
         directed,

@@ -77,7 +77,10 @@ def fit_radiation(
     data = soundness.symmetric(coefficients, below, progress)
     added_mass_inf = data.added_mass_inf.copy()
     groups, coupled = [], _coupled(data, signal)
-    _tell_of_silent_bodies(data, coupled, progress)
+    radiating = {motion // data.per_body for motions in coupled for motion in motions}
+    for k, name in enumerate(data.bodies):
+        if k not in radiating:
+            progress(f"body {name!r} has no radiation memory: it makes almost no waves")
     for motions in coupled:
         if convolution:
             group = convolved_group(data, motions, signal, sound, reach=reach)
@@ -96,16 +99,6 @@ def fit_radiation(
         groups.append(group)
     soundness.check_added_mass_inf(data, added_mass_inf)
     return RadiationMemory(tuple(groups), added_mass_inf)
-
-
-def _tell_of_silent_bodies(
-    data: Coefficients, groups: list[tuple[int, ...]], progress: Callable[[str], object]
-) -> None:
-    """Name the bodies none of whose motions has a memory."""
-    radiating = {motion // data.per_body for motions in groups for motion in motions}
-    for k, name in enumerate(data.bodies):
-        if k not in radiating:
-            progress(f"body {name!r} has no radiation memory: it makes almost no waves")
 
 
 def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:

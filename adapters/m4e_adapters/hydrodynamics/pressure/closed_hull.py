@@ -11,7 +11,6 @@ import numpy as np
 from m4e_adapters.hydrodynamics.config import Box, Revolved, Shape, Sphere
 from m4e_adapters.hydrodynamics.geometry.checks import Wrong, check_edges, check_shells, place
 from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
-from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
 from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
@@ -142,8 +141,3 @@ def _check_height(panels: Panels, wrong: Wrong) -> None:
         raise wrong(
             "the hull ends at the still-water level: it has no part above the water", TO_THE_DECK
         )
-
-
-def body_triangles(panels: Panels, center: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (nv, 3) [m] from `center` [m], and triangles (nt, 3) of them, none of them empty."""
-    return panels.vertices - np.array(point_in_space(center)), panels.triangle_faces

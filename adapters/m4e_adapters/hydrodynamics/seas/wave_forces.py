@@ -128,14 +128,24 @@ class HullWaves(SystemWaves):
             places = reference_places(c.centers, reference)
             heading = values["heading"]
         forces = np.zeros((len(omega), len(c.motions)), dtype=complex)
+        number = wavenumber(omega, depth=c.depth, gravity=c.gravity)
         for own, known in _directed(c, directions, heading):
-            waves = _of_numbers(c, omega[own], directions[own])
+            count = int(own.sum())
+            mean = float(directions[own][0]) if count else 0.0
+            waves = RecordedWaves(
+                omega=omega[own].tolist(),
+                number=number[own].tolist(),
+                amplitude=[1.0] * count,
+                phase=[0.0] * count,
+                direction=mean,
+                offsets=directions[own] - mean,
+                ramp=1.0,
+            )
             found = excitation_of(known, waves, heading=heading, places=places)
             table = np.array(found, dtype=float)
             forces[own] = table[..., 0] + 1j * table[..., 1]
         ways = np.array([point.place(c, reference) for point in self.points], dtype=float)
         along = np.stack([np.cos(directions), np.sin(directions)])
-        number = wavenumber(omega, depth=c.depth, gravity=c.gravity)
         elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
         columns = [np.ones((len(omega), 1)), forces, elevations]
         for body in self.in_water:
@@ -164,21 +174,3 @@ def _directed(
     for direction in np.unique(directions).tolist():
         known = coefficients.towards(math.degrees(direction - heading))
         yield directions == direction, known
-
-
-def _of_numbers(
-    coefficients: Coefficients, omega: np.ndarray, directions: np.ndarray
-) -> RecordedWaves:
-    """Waves of amplitude 1 m."""
-    count = len(omega)
-    number = wavenumber(omega, depth=coefficients.depth, gravity=coefficients.gravity)
-    mean = float(directions[0]) if count else 0.0
-    return RecordedWaves(
-        omega=omega.tolist(),
-        number=number.tolist(),
-        amplitude=[1.0] * count,
-        phase=[0.0] * count,
-        direction=mean,
-        offsets=directions - mean,
-        ramp=1.0,
-    )

@@ -1,4 +1,4 @@
-"""Seas that break, and hulls that capsize, are told with both numbers."""
+"""What a build tells before it computes, and of a current that acts on nothing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pytest
 from support.hulls import configured, hulls
 
 from m4e_adapters.hydrodynamics import build
-from m4e_adapters.hydrodynamics.build import stability_doubts
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
@@ -40,22 +39,6 @@ def test_a_build_tells_doubts_and_hydrostatics_before_it_computes(
         "body 'float': displaces 144 m3, neutral mass 147600 kg; centre of buoyancy at x = 0, "
         "z = -1.5 m; waterplane 48 m2, GM 1.28 m; lowest point 3 m below the water" in told[-2]
     )
-
-
-@pytest.mark.parametrize(("place", "z"), [(0.0, 0.2), (50.0, 0.4)])
-def test_a_hull_that_capsizes_is_told(place: float, z: float) -> None:
-    """GM of a box: l²/(12 d) - d/2 - z_G = 16/9 - 3/2 - z_G, about the waterplane's middle."""
-    shape = f"{{box: {{length: 8, width: 6, draft: 3, center_x: {place}}}}}"
-    bodies = f"float: {{shape: {shape}, center_of_gravity: [{place}, {z}]}}"
-    given = config(STILL, bodies=bodies)
-    (made,) = hulls(given)
-    height = 16 / 9 - 1.5 - z
-    assert made.hydrostatics.metacentric_height(made.center) == pytest.approx(height)
-    told = list(stability_doubts([made], given.water))
-    assert len(told) == (height < 0)
-    for text in told:
-        assert f"(GM = {height:.3g} m)" in text
-        assert f"{1025 * 9.81 * 144 * height:.4g} N.m/rad" in text
 
 
 def test_a_current_that_acts_on_nothing_is_told() -> None:
