@@ -274,20 +274,3 @@ def _order(sizes: np.ndarray, values: np.ndarray, scale: np.ndarray) -> np.ndarr
         misfits.append((np.abs(np.tensordot(across, values, axes=1)) ** 2).sum(axis=(0, 1)))
     best = ORDERS[np.argmin(misfits, axis=0)]
     return np.where(spread > NOISE * scale, best, math.nan)
-
-
-def refinement_json(study: Refinement) -> dict[str, object]:
-    """Panels of the meshes, and a row for each coefficient; the limit's tables in SI."""
-    limit = study.limit
-    return {
-        "panels": list(study.panels),
-        "highest_frequency": study.highest,
-        "rows": list(study.rows()),
-        "motions": list(limit.motions),
-        "omega": limit.omega.tolist(),
-        "added_mass": limit.added_mass.tolist(),
-        "radiation_damping": limit.radiation_damping.tolist(),
-        "added_mass_inf": limit.added_mass_inf.tolist(),
-        "excitation_real": np.real(limit.excitation).tolist(),
-        "excitation_imaginary": np.imag(limit.excitation).tolist(),
-    }

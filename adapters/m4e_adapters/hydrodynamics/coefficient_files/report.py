@@ -80,7 +80,10 @@ def hydrodynamic_data(
     directions, table = _excitation(c)
     return HydrodynamicData(
         title=name,
-        motions=_motions(c),
+        motions=tuple(
+            Motion(own, kind.force_unit, kind.unit)
+            for own, kind in zip(c.motions, c.body_motions * len(c.bodies), strict=True)
+        ),
         omega=c.omega,
         added_mass=c.added_mass,
         damping=c.radiation_damping,
@@ -94,7 +97,16 @@ def hydrodynamic_data(
         fit_memory=_memory(fitted, time),
         directions=directions,
         excitation=table,
-        memories=_memories(fitted),
+        memories=tuple(
+            FittedMemory(
+                motions=group.motions,
+                poles=group.order,
+                states=group.order * len(group.motions),
+                error=group.error,
+                damping_error=group.misfit.damping_error,
+            )
+            for group in fitted.groups
+        ),
         states=len(program.states),
         operations=len(program.operations(program.results)),
         findings=[*((f.name, f.text, f.warns) for f in found), *faults],
@@ -118,20 +130,6 @@ def _known(
     return c, read.findings
 
 
-def _memories(fitted: RadiationMemory) -> tuple[FittedMemory, ...]:
-    """Size and errors of the fit to each group of motions."""
-    return tuple(
-        FittedMemory(
-            motions=group.motions,
-            poles=group.order,
-            states=group.order * len(group.motions),
-            error=group.error,
-            damping_error=group.misfit.damping_error,
-        )
-        for group in fitted.groups
-    )
-
-
 def _fitted(
     c: Coefficients, config: HydrodynamicsConfig, report: Callable[[str], object]
 ) -> tuple[RadiationMemory, list[tuple[str, str, bool]]]:
@@ -143,14 +141,6 @@ def _fitted(
     except InputError as error:
         faults = [("memory", f"{p.message}: {p.remedy}", True) for p in error.problems]
         return RadiationMemory((), c.added_mass_inf), faults
-
-
-def _motions(c: Coefficients) -> tuple[Motion, ...]:
-    kinds = c.body_motions * len(c.bodies)
-    return tuple(
-        Motion(name, kind.force_unit, kind.unit)
-        for name, kind in zip(c.motions, kinds, strict=True)
-    )
 
 
 def _transfer(fitted: RadiationMemory, omega: np.ndarray) -> np.ndarray:

@@ -60,7 +60,11 @@ class FlowSolver:
                 added_mass[:, j] = [result.added_masses[i] for i in names]
                 damping[:, j] = [result.radiation_dampings[i] for i in names]
             for j, direction in enumerate(directions if math.isfinite(omega) else ()):
-                excitation[j] = self._excitation(direction, names, common)
+                angle = math.radians(direction)
+                problem = self._capytaine.DiffractionProblem(wave_direction=angle, **common)
+                result = _solution(self._solver, problem, omega)
+                incident = self._capytaine.bem.airy_waves.froude_krylov_force(problem)
+                excitation[j] = [result.forces[i] + incident[i] for i in names]
         alike = np.ones((n, n), dtype=bool)
         for signs in self._signs:
             alike &= np.equal.outer(signs, signs)
@@ -108,15 +112,6 @@ class FlowSolver:
         count = len(self._body.dofs)
         both = np.array(found) / (4.0 * math.pi)
         return both[:count], both[count:]
-
-    def _excitation(self, direction: float, names: list[str], common: Any) -> np.ndarray:
-        """(n,) of waves in one `direction` [deg]: diffraction, and Froude and Krylov."""
-        problem = self._capytaine.DiffractionProblem(
-            wave_direction=math.radians(direction), **common
-        )
-        result = _solution(self._solver, problem, common["omega"])
-        incident = self._capytaine.bem.airy_waves.froude_krylov_force(problem)
-        return np.array([result.forces[i] + incident[i] for i in names])
 
 
 def _outgoing(

@@ -124,7 +124,13 @@ def drawn_shape(part: Part) -> Panels:
         radii, heights = map(list, zip(*part.revolved.profile, strict=True))
         return _turned(radii, heights, part.revolved)
     if part.box is not None:
-        return box_to(part.box, _top(part.box))
+        box, top = part.box, _top(part.box)  # six panels, which are exact
+        x, y = 0.5 * box.length, 0.5 * box.width
+        middle = np.array([box.center_x, box.center_y])
+        ring = middle + np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
+        corners = [np.column_stack([ring, np.full(4, z)]) for z in (-box.draft, top)]
+        sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
+        return Panels(np.concatenate(corners), np.array([[3, 2, 1, 0], [4, 5, 6, 7], *sides]))
     shape = getattr(part, part.kind)
     draw: Callable[..., Panels] = {
         "sphere": sphere_panels,
@@ -148,16 +154,6 @@ def _turned(radii: list[float], heights: list[float], shape: Placed) -> Panels:
     volume = math.pi / 3 * float(np.diff(z) @ squares)
     kept = np.concatenate([[True], (np.diff(r) != 0) | (np.diff(z) != 0)])
     return shifted(turned(r[kept], z[kept], AROUND, volume, pivot=heights[0]), shape)
-
-
-def box_to(shape: Box, top: float) -> Panels:
-    """The closed surface of a box up to the height `top` [m]: six panels, which are exact."""
-    x, y = 0.5 * shape.length, 0.5 * shape.width
-    middle = np.array([shape.center_x, shape.center_y])
-    ring = middle + np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
-    corners = [np.column_stack([ring, np.full(4, z)]) for z in (-shape.draft, top)]
-    sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
-    return Panels(np.concatenate(corners), np.array([[3, 2, 1, 0], [4, 5, 6, 7], *sides]))
 
 
 def whole_revolved(shape: Revolved, count: int) -> Panels:

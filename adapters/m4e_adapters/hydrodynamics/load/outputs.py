@@ -28,16 +28,6 @@ class Range:
     reason: str = ""
 
 
-def motion_ranges(
-    coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]
-) -> dict[str, Range]:
-    """The ranges of body `k` by motion."""
-    reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
-    turn, drift = Range(-TURN, TURN, reason), _drift(waves)
-    known = {"heave": _heave(coefficients, k), "surge": drift, "sway": drift}
-    return {m.name: known.get(m.name, turn) for m in coefficients.body_motions}
-
-
 def _drift(waves: Sequence[WaveSystem]) -> Range:
     """The excitation is that at the reference place: a share of the shortest system's length."""
     if waves:
@@ -91,9 +81,11 @@ def record_displacement(
     waves: Sequence[WaveSystem],
 ) -> None:
     """Outputs surge, heave, pitch, … from the reference pose, with the limits of small motions."""
-    limits = motion_ranges(coefficients, k, waves)
+    reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
+    turn, drift = Range(-TURN, TURN, reason), _drift(waves)
+    limits = {"heave": _heave(coefficients, k), "surge": drift, "sway": drift}
     for motion, value in zip(coefficients.body_motions, displacement, strict=True):
-        limit = limits[motion.name]
+        limit = limits.get(motion.name, turn)
         text = f"{motion.name} from the reference pose"
         if limit.reason:
             text += f"; {limit.reason}"

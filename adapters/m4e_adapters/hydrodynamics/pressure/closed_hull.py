@@ -62,7 +62,17 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
 
     try:
         _check_closed(panels, wrong)
-        _check_height(panels, wrong)
+        reach = 10.0 * RELATIVE_TOLERANCE * panels.size
+        low, high = panels.vertices[:, 2].min(), panels.vertices[:, 2].max()
+        if low >= -reach:
+            raise wrong(
+                f"the hull is above the water (lowest point at z = {low:.4g} m)",
+                "draw it in the reference pose (z = 0 is the still-water level, Z points up), or "
+                "say with mesh_origin where the origin of its mesh lies",
+            )
+        if abs(high) < reach:
+            text = "the hull ends at the still-water level: it has no part above the water"
+            raise wrong(text, TO_THE_DECK)
         check_shells(panels, wrong, lowered=panels.vertices[:, 2].max() + panels.size)
     except InputError as error:
         raise InputError([replace(p, file=file, keys=keys) for p in error.problems]) from None
@@ -126,18 +136,3 @@ def _check_closed(panels: Panels, wrong: Wrong) -> None:
         f"{where}",
         f"close the holes, or join panels that do not share their vertices; {TO_THE_DECK}",
     )
-
-
-def _check_height(panels: Panels, wrong: Wrong) -> None:
-    reach = 10.0 * RELATIVE_TOLERANCE * panels.size
-    low, high = panels.vertices[:, 2].min(), panels.vertices[:, 2].max()
-    if low >= -reach:
-        raise wrong(
-            f"the hull is above the water (lowest point at z = {low:.4g} m)",
-            "draw it in the reference pose (z = 0 is the still-water level, Z points up), or say "
-            "with mesh_origin where the origin of its mesh lies",
-        )
-    if abs(high) < reach:
-        raise wrong(
-            "the hull ends at the still-water level: it has no part above the water", TO_THE_DECK
-        )

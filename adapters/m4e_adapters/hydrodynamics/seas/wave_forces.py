@@ -27,7 +27,7 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
-from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves, Triple
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
 from m4e_fmi.program import Recorder, Variable
 
 
@@ -111,7 +111,11 @@ class HullWaves(SystemWaves):
         levels = [recorder.input(Variable(name, "m", text)) for name in self._elevations]
         text = "velocity of the water in waves at the reference place of the body, world frame"
         given = [recorder.input(Variable(name, "m/s", text)) for name in self._velocities]
-        return RecordedSea(forces, levels=tuple(levels), velocities=_triples(coefficients, given))
+        if coefficients.dimensions == 2:
+            triples = [(x, 0.0, z) for x, z in zip(given[::2], given[1::2], strict=True)]
+        else:
+            triples = [*zip(given[::3], given[1::3], given[2::3], strict=True)]
+        return RecordedSea(forces, levels=tuple(levels), velocities=tuple(triples))
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
@@ -155,13 +159,6 @@ class HullWaves(SystemWaves):
             )
             columns.append(flow if c.dimensions == 3 else flow[:, [0, 2]])
         return np.concatenate(columns, axis=1)
-
-
-def _triples(coefficients: Coefficients, given: Sequence[Number]) -> tuple[Triple, ...]:
-    """Velocities (x, y, z) of components that are those of the plane or of space."""
-    if coefficients.dimensions == 2:
-        return tuple((x, 0.0, z) for x, z in zip(given[::2], given[1::2], strict=True))
-    return tuple(zip(given[::3], given[1::3], given[2::3], strict=True))
 
 
 def _directed(
