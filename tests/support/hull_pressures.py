@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
+from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
-from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
+from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad, IncidentWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
@@ -23,7 +26,8 @@ def hull_load(body: dict, **sections) -> HullLoad:
     """The load on a body; `sections` of the configuration besides."""
     config = _config(body, **sections)
     center = config.bodies["hull"].center_of_gravity
-    vertices, triangles = body_triangles(closed_hulls(config, Path())["hull"], center)
+    hull = closed_hulls(config, Path())["hull"]
+    vertices, triangles = hull.vertices - np.array(point_in_space(center)), hull.triangle_faces
     water = config.water
     data = wave_data(wave_systems(config.waves, depth=water.depth, gravity=water.gravity))
     return HullLoad(

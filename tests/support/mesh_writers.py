@@ -23,39 +23,6 @@ def obj(panels: Panels) -> str:
     return "\n".join(lines) + "\n"
 
 
-def msh2(panels: Panels) -> str:
-    """Gmsh 2.2, with a point and a line as Gmsh has them."""
-    nodes = _numbered(panels)
-    elements = ["1 15 2 0 1 1", "2 1 2 0 1 1 2"]
-    for number, face in enumerate(panels.faces, 3):
-        corners = _distinct(face)
-        tags = " ".join(str(k + 1) for k in corners)
-        elements.append(f"{number} {len(corners) - 1} 2 0 1 {tags}")
-    return _sections(
-        "2.2 0 8", [str(len(nodes)), *nodes], [str(len(elements)), *elements], other=True
-    )
-
-
-def msh4(panels: Panels) -> str:
-    """Gmsh 4.1: nodes in two blocks, the second with parameters; elements in blocks by kind."""
-    rows = [f"{x:.9g} {y:.9g} {z:.9g}" for x, y, z in panels.vertices]
-    count, first = len(rows), len(rows) // 2
-    nodes = [f"2 {count} 1 {count}", f"1 1 0 {first}", *map(str, range(1, first + 1))]
-    nodes += [*rows[:first], f"2 1 1 {count - first}", *map(str, range(first + 1, count + 1))]
-    nodes += [f"{row} 0.5 0.5" for row in rows[first:]]
-    kinds = {kind: [f for f in panels.faces if len(_distinct(f)) == kind + 1] for kind in (2, 3)}
-    elements = [f"{1 + sum(map(bool, kinds.values()))} {1 + len(panels.faces)} 1 999"]
-    elements += ["1 1 1 1", "1 1 2"]
-    number = 2
-    for kind, faces in kinds.items():
-        if faces:
-            elements.append(f"2 1 {kind} {len(faces)}")
-        for face in faces:
-            elements.append(f"{number} {' '.join(str(k + 1) for k in _distinct(face))}")
-            number += 1
-    return _sections("4.1 0 8", nodes, elements)
-
-
 def nemoh(panels: Panels) -> str:
     """Nemoh, without symmetry."""
     lines = ["2 0"]
@@ -107,8 +74,6 @@ def binary_stl(panels: Panels) -> bytes:
 WRITERS: dict[str, Callable[[Panels], str | bytes]] = {
     "hull.gdf": gdf,
     "hull.obj": obj,
-    "two.msh": msh2,
-    "four.msh": msh4,
     "hull.nemoh": nemoh,
     "hull.dat": nemoh,
     "hull.hst": hydrostar,

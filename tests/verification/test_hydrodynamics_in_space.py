@@ -223,25 +223,6 @@ def test_two_bodies_in_a_turned_world(two: Solved) -> None:
     np.testing.assert_allclose(after, turns @ before @ turns.T, atol=1e-10 * np.abs(before).max())
 
 
-def test_the_heading_follows_the_yaw(one: Solved) -> None:
-    """As ḣ = sin(ψ − h)/T from the heading of the reference pose; then the load is turned."""
-    found = smooth(one[2])
-    program = load(found, 0.0, 70.0, heading=Heading(10.0, filter_time=20.0))
-    yawed, change = {"ship.psi": math.radians(37.0)}, math.radians(27.0)
-    filtered = Evaluated(program)
-    rate = filtered.rates(yawed)["heading_change"]
-    assert rate == pytest.approx(math.sin(change) / 20.0, rel=1e-12)
-    there = {**yawed, "heading_change": change}
-    assert filtered.rates(there)["heading_change"] == pytest.approx(0.0, abs=1e-15)
-    values = filtered.outputs(there, t=7.3)
-    fixed = Evaluated(load(found, 0.0, 70.0, heading=Heading(37.0)))
-    expected = fixed.outputs({}, t=7.3) | {
-        name: value for name, value in fixed.calculated({}).items() if "added_mass[" in name
-    }
-    for name, value in expected.items():
-        assert values[name] == pytest.approx(value, rel=1e-9, abs=1e-6), name
-
-
 def test_a_symmetric_hull_has_zeros_where_symmetry_says_so() -> None:
     """Of a box only surge and pitch, sway and roll are coupled; head waves excite no sway."""
     box = "{shape: {box: {length: 8, width: 4, draft: 1.5}}, center_of_gravity: [0, 0, -0.5]"

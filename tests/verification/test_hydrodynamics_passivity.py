@@ -235,30 +235,6 @@ def test_data_that_panels_do_not_resolve_do_not_spoil_the_fit() -> None:
     assert "warning" not in told[0]
 
 
-def test_high_frequencies_that_scatter_are_left_out_and_told() -> None:
-    """Noise of 30 % above 1.9 rad/s; causality knows the damping there better than the data:
-    good data that end there give it within 4 %."""
-    data = sphere()
-    damping = data.radiation_damping.copy()
-    high = data.omega > 1.9
-    damping[high] *= 1 + 0.3 * np.random.default_rng(0).normal(size=(high.sum(), 1, 1))
-    told: list[str] = []
-    spoilt = replace(data, radiation_damping=damping)
-    memory = fit_radiation(spoilt, order=6, progress=told.append)
-    band = (data.omega >= 0.2) & (data.omega <= 2.9)
-    found = np.real(transfer(memory, data.omega[band]))[:, 1, 1]
-    assert np.abs(found / data.radiation_damping[band, 1, 1] - 1).max() < 0.05
-    assert told[0].startswith("warning: radiation of ball heave")
-    assert "data above scatter and are left out" in told[0]
-    found = np.real(transfer(memory, data.omega))[:, 1, 1]
-    apart = np.abs(found - spoilt.radiation_damping[:, 1, 1])
-    share = 100 * apart.max() / spoilt.radiation_damping[:, 1, 1].max()
-    assert (
-        f"the damping differs by at most {share:.2g} % of the motion's largest, ball heave at "
-        f"{data.omega[apart.argmax()]:.3g} rad/s" in told[0]
-    )
-
-
 def test_pitch_of_a_ball_about_its_centre_has_no_memory() -> None:
     """It is of panels only, no memory of any body, and refuses nothing."""
     data = sphere()
@@ -384,20 +360,6 @@ def test_an_added_mass_of_unresolved_data_is_not_taken(monkeypatch: pytest.Monke
     changed = replace(changed, misfit=replace(good.misfit, error=0.01))
     fits_in_turn(monkeypatch, changed, good)
     assert fit_radiation(data).groups == (good,)
-
-
-def test_a_fit_of_less_data_is_compared_on_these(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fit that seems poor, for data that scatter, and is better than another below these."""
-    data = replace(sphere(), resolved=(2.5,))
-    good = fit_radiation(data).groups[0]
-    assert isinstance(good, RadiationGroup)
-    damping = data.radiation_damping.copy()
-    high = data.omega > 1.9
-    damping[high] *= 1 + 0.3 * np.random.default_rng(0).normal(size=(high.sum(), 1, 1))
-    poor = replace(good, misfit=replace(good.misfit, error=0.1))
-    other = replace(good, misfit=replace(good.misfit, error=0.019))
-    fits_in_turn(monkeypatch, poor, poor, other)
-    assert fit_radiation(replace(data, radiation_damping=damping)).groups == (poor,)
 
 
 def test_cross_terms_that_are_noise_are_dropped() -> None:

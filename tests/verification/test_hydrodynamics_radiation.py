@@ -67,7 +67,7 @@ def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
     k = c * s / ((s + a) ** 2 + b**2)
     unit = np.diag([0.0, 1.0, 0.0])
     given: dict[str, Any] = {
-        **sphere.arrays(),
+        **vars(sphere),
         "bodies": ("ball",),
         "radiation_damping": k.real[:, None, None] * unit,
         "added_mass": sphere.added_mass_inf + (k.imag / omega)[:, None, None] * unit,
@@ -85,7 +85,7 @@ def test_an_irregular_frequency_is_left_out(sphere: Coefficients) -> None:
     spoilt = sphere.radiation_damping.copy()
     at = int(np.argmin(np.abs(sphere.omega - 1.5)))
     spoilt[at] *= 1.3
-    given: dict[str, Any] = {**sphere.arrays(), "bodies": ("ball",), "radiation_damping": spoilt}
+    given: dict[str, Any] = {**vars(sphere), "bodies": ("ball",), "radiation_damping": spoilt}
     data = Coefficients(**given)
     told: list[str] = []
     (group,) = fit_radiation(data, order=6, progress=told.append).groups

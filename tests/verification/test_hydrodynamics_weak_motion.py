@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.published_coefficients import DATA, transfer
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
-from m4e_adapters.hydrodynamics.memory.reach import COARSEST, Reach
 
 HEAVES = (1, 4)
 MASS_INF = np.array([[71086.62843, -1560.58462], [-1564.12726, 351447.64327]])
@@ -61,16 +58,3 @@ def test_a_weak_motion_does_not_spoil_a_strong_one() -> None:
     errors = np.abs(found.diagonal(axis1=1, axis2=2) - own).max(axis=0)
     assert errors[1] < 0.01 * own[:, 1].max()
     assert not [text for text in told if "beyond, it follows" in text]
-
-
-def test_scatter_shortens_the_data_of_its_own_motion_only() -> None:
-    data = float_and_spar()
-    reach = Reach.of(data)
-    smooth = reach.smooth(data, HEAVES)
-    assert smooth.fitted[1] == reach.fitted[1]
-    assert smooth.fitted[4] == COARSEST * reach.limits[4] < reach.fitted[4]
-    noise = 1 + 0.1 * np.random.default_rng(0).normal(size=len(data.omega))
-    damping = data.radiation_damping.copy()
-    damping[:, 1, 1] *= noise
-    rough = replace(data, radiation_damping=damping)
-    assert reach.smooth(rough, HEAVES).fitted[1] == COARSEST * reach.limits[1]

@@ -27,7 +27,7 @@ found = solve_hulls(
     [hull], water=Water(), omega=np.linspace(0.4, 2.0, int(sys.argv[2])),
     progress=lambda text: print(text, flush=True),
 )
-np.savez(sys.argv[1], **found.arrays())
+np.savez(sys.argv[1], **vars(found))
 """
 
 

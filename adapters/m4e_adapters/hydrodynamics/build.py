@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.drift.bodies import read_drifts
 from m4e_adapters.hydrodynamics.flow.bem import excited_by, moving_hulls, solve_hulls, without_flow
-from m4e_adapters.hydrodynamics.flow.gap_lid import damped_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
@@ -40,10 +39,6 @@ Progress = Callable[[str], object]
 MOST_BEYOND = 2.0  # frequencies that a response is asked for, over those of the memory
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
-LENGTHS = (0.01, 1000.0)  # [m] of hulls
-BODIES_APART = 1000.0  # length of a hull over that of the shortest
-WAVES_APART = 100.0  # length of a hull over that of the waves
-UNSTABLE = -1e-3  # metacentric height over the size of a body, beyond the panels' noise
 
 
 def coefficients_from_config(
@@ -103,8 +98,6 @@ def _prepared(
     except InputError as error:
         problems += error.problems
     InputError.raise_for(problems)
-    for text in (*size_doubts(hulls, config, waves), *stability_doubts(hulls, config.water)):
-        progress(f"warning: {text}")
     for hull in hulls:
         progress(_hull_text(hull, config.water))
     return hulls, waves
@@ -135,7 +128,6 @@ def coefficients_of(
     """
     sections, parts = wave_sections(config.waves), config.loads.excitation
     direction = sections[0].direction - config.heading if sections else 0.0  # from the hulls' x
-    lid = damped_lid(config.gap_lids, hulls)
     if not solved:
         still = without_flow(hulls, water=config.water, omega=omega, wave_direction=direction)
         return replace(still, excited_by=parts)
@@ -145,7 +137,6 @@ def coefficients_of(
         omega=omega,
         wave_direction=direction,
         needed=needed,
-        gap_lid=lid,
         progress=progress,
     )
     return excited_by(found, moving_hulls(hulls), parts)
@@ -200,8 +191,13 @@ def program_of(
     progress: Progress,
 ) -> Program:
     """The load of a configuration with its `coefficients`; `waves` and `memory` if made before."""
-    for text in flow_doubts(config):
+    for text in current_doubts(config.current, has_waves=bool(wave_sections(config.waves))):
         progress(f"warning: {text}")
+    if config.current is not None and not config.feels_current:
+        progress(
+            "warning: the current acts on nothing: no body has drag in moving water (drag: {surge: "
+            "…})"
+        )
     centers = dict(zip(coefficients.bodies, map(tuple, coefficients.centers.tolist()), strict=True))
     return hydrodynamics_program(
         coefficients,
@@ -209,7 +205,7 @@ def program_of(
         waves=config.waves if waves is None else waves,
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
-        heading=Heading(config.heading, config.heading_filter),
+        heading=Heading(config.heading),
         current=config.current,
         loads=config.loads,
         drift=read_drifts(config, folder, centers=centers, water=coefficients),
@@ -292,54 +288,6 @@ def _table(
     needed = max(needed_frequency(waves), min(highest, MOST_BEYOND * limit))
     more = math.ceil((needed - maximum) / step - 1e-9)
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)])
-
-
-def size_doubts(
-    hulls: Sequence[Hull], config: HydrodynamicsConfig, systems: Sequence[WaveSystem]
-) -> Iterator[str]:
-    """Hulls of sizes that no hull has, or none beside the others or in these waves; a line each."""
-    lengths = {hull.name: float(np.ptp(hull.panels.vertices, axis=0).max()) for hull in hulls}
-    shortest = min(lengths, key=lambda name: lengths[name])
-    waves = min((system.length for system in systems), default=math.inf)
-    for name, length in lengths.items():
-        told = f"the hull of body {name!r} measures {length:.4g} m"
-        if config.bodies[name].shape.mesh is not None:
-            remedy = "a mesh is in m; one in mm has 'scale: 0.001'"
-        else:
-            remedy = "lengths are in m"
-        if not LENGTHS[0] <= length <= LENGTHS[1]:
-            yield f"{told}, hulls have {LENGTHS[0]:g} to {LENGTHS[1]:g} m: {remedy}"
-        elif length > BODIES_APART * lengths[shortest]:
-            yield f"{told}, that of {shortest!r} {lengths[shortest]:.4g} m: {remedy}"
-        elif length > WAVES_APART * waves:
-            yield f"{told}, the waves are {waves:.4g} m long: {remedy}"
-
-
-def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
-    """Hulls that capsize if they float freely; a line each."""
-    for hull in hulls:
-        if hull.fixed:
-            continue
-        volume = hull.hydrostatics.volume
-        heights = {"pitch": hull.hydrostatics.metacentric_height(hull.center)}
-        if len(hull.center) == 3:
-            heights["roll"] = hull.hydrostatics.transverse_metacentric_height(hull.center)
-        for motion, height in heights.items():
-            if height >= UNSTABLE * math.cbrt(volume):
-                continue
-            stiffness = water.density * water.gravity * volume * height
-            yield (
-                f"body {hull.name!r} is unstable in {motion}, with a stiffness of {stiffness:.4g} "
-                f"N.m/rad, weight included (GM = {height:.3g} m): floating freely it capsizes: "
-                "lower center_of_gravity"
-            )
-
-
-def flow_doubts(config: HydrodynamicsConfig) -> Iterator[str]:
-    """A current beside waves, or one that acts on nothing; a line each."""
-    yield from current_doubts(config.current, has_waves=bool(wave_sections(config.waves)))
-    if config.current is not None and not config.feels_current:
-        yield "the current acts on nothing: no body has drag in moving water (drag: {surge: …})"
 
 
 def _hull_text(hull: Hull, water: Water) -> str:

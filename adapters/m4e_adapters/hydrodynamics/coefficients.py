@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -167,7 +167,13 @@ class Coefficients:
             known, table = np.array([self.wave_direction]), self.excitation[:, None]
         apart = np.abs(np.mod(known - direction + 180.0, 360.0) - 180.0)
         if apart.min() > SAME_DIRECTION:
-            raise self._unknown_direction(direction)
+            shown = ", ".join(f"{angle:g}" for angle in known)
+            raise InputError.single(
+                f"the excitation is known for waves that travel at {shown} deg from the hulls' x "
+                f"axis, not at {direction:g} deg",
+                "use one of these directions, or coefficients for directions all around (computed: "
+                "'dimensions: 3')",
+            )
         excitation = table[:, int(apart.argmin())]
         found = replace(self, excitation=excitation, wave_direction=direction)
         if self.dimensions == 2:
@@ -197,20 +203,6 @@ class Coefficients:
 
     def _with_zeros(self, names: Sequence[str]) -> Coefficients:
         return replace(self, **{name: 0 * getattr(self, name) for name in names})
-
-    def _unknown_direction(self, direction: float) -> InputError:
-        if not len(self.directions):
-            return InputError.single(
-                "the excitation was computed for waves that travel at "
-                f"{self.wave_direction:g} deg, not at {direction:g} deg",
-                "write that direction under 'waves' of the component, or 'dimensions: 3' for all",
-            )
-        shown = ", ".join(f"{known:g}" for known in self.directions)
-        return InputError.single(
-            f"the file has the excitation of waves that travel at {shown} deg from the hulls' x "
-            f"axis, not at {direction:g} deg",
-            "use one of these directions, or compute the file for directions all around",
-        )
 
     @property
     def places(self) -> np.ndarray:
@@ -320,7 +312,3 @@ class Coefficients:
         x, y, _ = np.repeat(self.places, self.per_body, axis=0).T
         beta = np.radians(direction)
         return np.exp(1j * (np.cos(beta) * k * x + np.sin(beta) * k * y))
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """All fields as arrays with the shape of the attributes, SI, for a file."""
-        return {entry.name: np.asarray(getattr(self, entry.name)) for entry in fields(self)}

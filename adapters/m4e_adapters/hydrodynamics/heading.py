@@ -19,12 +19,10 @@ PER_BODY = 6
 class Heading:
     """`angle` [deg] of the hulls' x axis from +X towards +Y in the reference pose.
 
-    With a `filter_time` [s] it follows the yaw of the only body: ḣ = sin(ψ − h)/T. The angle is a
-    parameter, which keeps its value if it is `fixed`.
+    The angle is a parameter, which keeps its value if it is `fixed`.
     """
 
     angle: float = 0.0
-    filter_time: float | None = None
     fixed: bool = False
 
 
@@ -64,8 +62,8 @@ class Axes:
         return [self.to_world(row) for row in zip(*columns, strict=True)]
 
 
-def record_heading(recorder: Recorder, heading: Heading) -> tuple[Axes, Axes]:
-    """The axes of the reference pose, and those of now; the same without a filter."""
+def record_heading(recorder: Recorder, heading: Heading) -> Axes:
+    """The axes of the hulls."""
     text = "heading of the reference pose: angle of the hulls' x axis, from +X towards +Y"
     start = math.radians(heading.angle)
     limits = (start, start) if heading.fixed else (-math.inf, math.inf)
@@ -75,21 +73,7 @@ def record_heading(recorder: Recorder, heading: Heading) -> tuple[Axes, Axes]:
             minimum=limits[0], maximum=limits[1],
         )
     )  # fmt: skip
-    reference = Axes.at(given)
-    if heading.filter_time is None:
-        return reference, reference
-    text = "heading, that of the reference pose not included: the yaw, filtered"
-    change = recorder.state(Variable("heading_change", "rad", text, local=True))
-    return reference, Axes.at(given + change)
-
-
-def record_filter(recorder: Recorder, heading: Heading, now: Axes, yaw: Number) -> None:
-    """The rate of the heading that follows `yaw` [rad], if it does."""
-    if heading.filter_time is None:
-        return
-    text = "time constant with which the heading follows the yaw"
-    variable = Variable("heading_filter_time", "s", text, start=heading.filter_time, minimum=1e-3)
-    recorder.rate("heading_change", sin(yaw - now.angle) / recorder.parameter(variable))
+    return Axes.at(given)
 
 
 def reference_places(centers: np.ndarray, reference: Axes) -> list[tuple[Number, Number]]:

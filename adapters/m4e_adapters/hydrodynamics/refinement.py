@@ -88,7 +88,7 @@ class Refinement:
     ----------
     panels : number of panels of each mesh, all bodies together.
     meshes : coefficients of each.
-    limit : those extrapolated to panels of no size.
+    limit : those extrapolated to panels of no size, in space for `wave_direction` only.
     highest : the frequency [rad/s] up to which errors are stated: the coarsest mesh resolves these
         waves.
     added_mass, radiation_damping, added_mass_inf, excitation : their convergence.
@@ -223,11 +223,7 @@ def study(panels: Sequence[int], meshes: Sequence[Coefficients]) -> Refinement:
         else:
             values, limit, remaining = values[:, kept], limit[kept], remaining[kept]
         studies[name] = _convergence(sizes, values, limit, remaining)
-    if meshes[-1].has_harmonics:
-        limits["harmonics"] = _limit(
-            sizes, _of_equal_length([c.harmonics for c in meshes]), edge=False
-        )[0]
-    limit = replace(meshes[-1], **limits)
+    limit = replace(meshes[-1], **limits, harmonics=np.zeros((0, 0, 0), dtype=complex))
     return Refinement(
         tuple(panels), tuple(meshes), limit, float(meshes[0].omega[kept][-1]), **studies
     )
@@ -278,32 +274,3 @@ def _order(sizes: np.ndarray, values: np.ndarray, scale: np.ndarray) -> np.ndarr
         misfits.append((np.abs(np.tensordot(across, values, axes=1)) ** 2).sum(axis=(0, 1)))
     best = ORDERS[np.argmin(misfits, axis=0)]
     return np.where(spread > NOISE * scale, best, math.nan)
-
-
-def _of_equal_length(harmonics: Sequence[np.ndarray]) -> np.ndarray:
-    """Harmonics (nω, 2M + 1, n) [N/m, N.m/m] of each mesh with the M of the last."""
-    most = harmonics[-1].shape[1] // 2
-    result = np.zeros((len(harmonics), *harmonics[-1].shape), dtype=complex)
-    for k, found in enumerate(harmonics):
-        own = found.shape[1] // 2
-        common = min(most, own)
-        inner = slice(most - common, most + common + 1)
-        result[k, :, inner] = found[:, own - common : own + common + 1]
-    return result
-
-
-def refinement_json(study: Refinement) -> dict[str, object]:
-    """Panels of the meshes, and a row for each coefficient; the limit's tables in SI."""
-    limit = study.limit
-    return {
-        "panels": list(study.panels),
-        "highest_frequency": study.highest,
-        "rows": list(study.rows()),
-        "motions": list(limit.motions),
-        "omega": limit.omega.tolist(),
-        "added_mass": limit.added_mass.tolist(),
-        "radiation_damping": limit.radiation_damping.tolist(),
-        "added_mass_inf": limit.added_mass_inf.tolist(),
-        "excitation_real": np.real(limit.excitation).tolist(),
-        "excitation_imaginary": np.imag(limit.excitation).tolist(),
-    }

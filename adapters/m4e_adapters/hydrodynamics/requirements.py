@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 from importlib.metadata import version
-from importlib.util import find_spec
 
 from m4e_adapters.hydrodynamics.flow.cache import ENVIRONMENT, cache_folder
 
@@ -13,22 +12,12 @@ REINSTALL = "reinstall it: pip install --force-reinstall capytaine"
 
 def requirements() -> list[tuple[str, bool, str]]:
     """Name, presence, and a detail or a remedy of each requirement."""
-    return [_package(), _core(), _cache()]
-
-
-def _package() -> tuple[str, bool, str]:
-    what = "capytaine (potential flow)"
-    if find_spec("capytaine") is None:
-        return what, False, "install it: pip install 'capytaine>=3,<4'"
-    found = version("capytaine")
-    if found.split(".")[0] != "3":
-        return what, False, f"version {found} is not 3.x: pip install 'capytaine>=3,<4'"
-    return what, True, f"version {found}"
+    return [_core(), _cache()]
 
 
 def _core() -> tuple[str, bool, str]:
     """Solve the infinite-frequency heave of a small ball with the compiled kernels."""
-    what = "capytaine's compiled core"
+    what = "capytaine (potential flow)"
     try:
         from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 
@@ -46,7 +35,7 @@ def _core() -> tuple[str, bool, str]:
         return what, False, f"{type(error).__name__}: {error}; {REINSTALL}"
     if not mass > 0:
         return what, False, f"it computes nonsense (added mass {mass}); {REINSTALL}"
-    return what, True, "solves"
+    return what, True, f"version {version('capytaine')}, solves"
 
 
 def _cache() -> tuple[str, bool, str]:

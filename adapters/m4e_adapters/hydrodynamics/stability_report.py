@@ -14,83 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import (
-    HydrodynamicsConfig,
-    Revolved,
-    Shape,
-    Sphere,
-    Water,
-)
-from m4e_adapters.hydrodynamics.config.numbers import Place
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hulls
 from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels
-from m4e_adapters.hydrodynamics.geometry.shapes import sphere_panels
 from m4e_adapters.hydrodynamics.geometry.solids import (
-    box_to,
-    ends_are_known,
-    raised,
+    drawn_shape,
     triangles_of,
     union_of,
-    upright,
-    whole_revolved,
 )
-from m4e_adapters.hydrodynamics.geometry.stability import (
-    HEEL,
-    PITCH,
-    Curve,
-    WholeHull,
-    heel_and_trim,
-)
+from m4e_adapters.hydrodynamics.geometry.stability import HEEL, PITCH, Curve, WholeHull
 from m4e_fmi.errors import InputError
-
-BELOW = 2.0
-"""Depth of a whole hull that is drawn under water, over its height."""
-
-
-def whole_shape(shape: Shape, panels: int) -> Panels | None:
-    """The closed surface of a built-in shape, of about so many `panels`.
-
-    None for a mesh file, and for a box or cylinder without a `freeboard`.
-    """
-    if shape.sphere is not None:
-        return _sphere(shape.sphere, panels)
-    if shape.revolved is not None:
-        return _revolved(shape.revolved, panels)
-    if shape.box is not None and shape.box.freeboard is not None:
-        return box_to(shape.box, shape.box.freeboard)
-    if shape.cylinder is not None and shape.cylinder.freeboard is not None:
-        return _revolved(upright(shape.cylinder, shape.cylinder.freeboard), panels)
-    return None
-
-
-def whole_union(name: str, shape: Shape, center: Place, folder: Path) -> Panels | None:
-    """The closed surface of a union of shapes; its triangles are exact, and may be thin.
-
-    None where a cylinder, box or mesh ends at the waterline.
-    """
-    if not ends_are_known(shape):
-        return None
-    try:
-        solid = union_of(name, shape, center, folder, whole=True)
-    except InputError:  # a mesh that is open at the waterline: the wetted hull has been made
-        return None
-    vertices, triangles = triangles_of(solid)
-    return Panels(vertices, np.column_stack([triangles, triangles[:, 2]]))
-
-
-def _sphere(shape: Sphere, panels: int) -> Panels:
-    depth = BELOW * shape.radius
-    below = shape.model_copy(update={"center_z": -depth})
-    return raised(sphere_panels(below, panels), shape.center_z + depth)
-
-
-def _revolved(shape: Revolved, panels: int) -> Panels:
-    heights = [z for _, z in shape.profile]
-    depth = max(heights) + BELOW * (max(heights) - min(heights))
-    return whole_revolved(shape, panels, depth)
 
 
 def solid_inertia(triangles: np.ndarray, center: Sequence[float]) -> np.ndarray:
@@ -122,8 +58,6 @@ def _tensor(
     return np.trace(spread) * np.eye(3) - spread
 
 
-FINE = 3000
-"""Panels of a round hull at least: those of a ball are then right to 0.02 % of its size."""
 ANGLES = (0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 75, 90)
 """Of the table of righting arms [deg]."""
 PRODUCTS = 1e-4
@@ -135,17 +69,14 @@ class Stability:
     """A body in still water: `hydrostatics` in the reference pose, righting arms at any angle.
 
     `inertias` are tensors (3, 3) about the centre of gravity over the mass [m2], of a homogeneous
-    solid and of a shell of one thickness. `rest` is heave [m], heel and trim [rad] of the pose in
-    which it floats by itself with the mass of the displaced water at `center` (x, y, z) [m]; None
-    if it capsizes, or its part above the water is not known. `curves` are by turn, heel and pitch,
-    without one about the other axis.
+    solid and of a shell of one thickness. `curves` are by turn, heel and pitch, without one about
+    the other axis; none if the part above the water is not known.
     """
 
     name: str
     center: tuple[float, float, float]
     hydrostatics: Hydrostatics
     inertias: dict[str, np.ndarray]
-    rest: tuple[float, float, float] | None
     curves: dict[str, Curve]
 
 
@@ -161,14 +92,23 @@ def stability_of(config: HydrodynamicsConfig, folder: Path) -> list[Stability]:
 def _whole(hull: Hull, config: HydrodynamicsConfig, folder: Path) -> Panels | None:
     """The hull with its part above the water, None if that is not known."""
     body = config.bodies[hull.name]
-    if body.shape.union is not None:
-        return whole_union(hull.name, body.shape, body.center_of_gravity, folder)
-    if body.shape.mesh is None:
-        return whole_shape(body.shape, max(FINE, body.panels))
-    drawn = drawn_panels(hull.name, body.shape, body.center_of_gravity, folder)
-    dry = float(drawn.vertices[:, 2].max()) > RELATIVE_TOLERANCE * drawn.size
-    submerged = float(hull.panels.vertices[:, 2].max()) < 0.0
-    return drawn if dry or submerged else None
+    shape, center = body.shape, body.center_of_gravity
+    if shape.mesh is not None:
+        drawn = drawn_panels(hull.name, shape, center, folder)
+        dry = float(drawn.vertices[:, 2].max()) > RELATIVE_TOLERANCE * drawn.size
+        submerged = float(hull.panels.vertices[:, 2].max()) < 0.0
+        return drawn if dry or submerged else None
+    ends = (part.cylinder or part.box for part in shape.parts)
+    if any(end is not None and end.freeboard is None and end.top_z == 0.0 for end in ends):
+        return None
+    if shape.union is None:
+        return drawn_shape(shape)
+    try:
+        solid = union_of(hull.name, shape, center, folder, whole=True)
+    except InputError:  # a mesh that is open at the waterline: the wetted hull has been made
+        return None
+    vertices, triangles = triangles_of(solid)
+    return Panels(vertices, np.column_stack([triangles, triangles[:, 2]]))
 
 
 def _stability(hull: Hull, whole: Panels | None) -> Stability:
@@ -180,15 +120,11 @@ def _stability(hull: Hull, whole: Panels | None) -> Stability:
         f"shell of one thickness{part}": shell_inertia(surface, center),
     }
     if whole is None or float(hull.panels.vertices[:, 2].max()) < 0.0:
-        return Stability(hull.name, center, hull.hydrostatics, inertias, None, {})
+        return Stability(hull.name, center, hull.hydrostatics, inertias, {})
     afloat = WholeHull(whole, center, hull.hydrostatics.volume)
     angles = np.radians(ANGLES).tolist()
     curves = {about: afloat.arms(angles, about=about) for about in (HEEL, PITCH)}
-    rest, found = None, afloat.at_rest()
-    if found is not None:
-        heel, trim = heel_and_trim(found[1])
-        rest = (found[0].height - center[2], heel, trim)
-    return Stability(hull.name, center, hull.hydrostatics, inertias, rest, curves)
+    return Stability(hull.name, center, hull.hydrostatics, inertias, curves)
 
 
 def stability_text(found: Sequence[Stability], water: Water) -> str:
@@ -203,7 +139,13 @@ def _lines(one: Stability, water: Water) -> Iterator[str]:
     if one.inertias:
         yield "  moments of inertia of that mass about x, y, z through G:"
     for shape, tensor in one.inertias.items():
-        yield from _inertia_lines(shape, tensor, water.density * one.hydrostatics.volume)
+        scaled = water.density * one.hydrostatics.volume * tensor
+        moments = scaled.diagonal()
+        cells = "".join(f" {v:12.6g}" for v in moments)
+        yield f"    {shape:<42}{cells}  kg.m2"
+        xy, yz, zx = scaled[[0, 1, 2], [1, 2, 0]]
+        if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
+            yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
     yield from _righting_lines(one)
 
 
@@ -232,18 +174,8 @@ def _hydrostatic_rows(one: Stability, water: Water) -> Sequence[tuple[str, Seque
     ]
 
 
-def _inertia_lines(shape: str, tensor: np.ndarray, mass: float) -> Iterator[str]:
-    """Of a `tensor` (3, 3) [m2] times the `mass` [kg]."""
-    moments = mass * tensor.diagonal()
-    cells = "".join(f" {v:12.6g}" for v in moments)
-    yield f"    {shape:<42}{cells}  kg.m2"
-    xy, yz, zx = mass * tensor[[0, 1, 2], [1, 2, 0]]
-    if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
-        yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
-
-
 def _righting_lines(one: Stability) -> Iterator[str]:
-    """Pose at rest and righting arms, or why they are not known."""
+    """Righting arms, or why they are not known."""
     if not one.curves and one.hydrostatics.waterplane[0] == 0.0:
         yield (
             "  righting arms: all of the hull is under water, in balance at any depth: the arm is "
@@ -256,14 +188,6 @@ def _righting_lines(one: Stability) -> Iterator[str]:
             "freeboard, or a mesh that reaches above the water"
         )
         return
-    if one.rest is None:
-        yield "  by itself, with this mass, it capsizes: no stable pose within 60 deg"
-    else:
-        heave, heel, trim = one.rest
-        yield (
-            f"  at rest by itself, with this mass: heave {_plain(heave)} m, heel "
-            f"{_plain(math.degrees(heel))} deg, trim {_plain(math.degrees(trim))} deg"
-        )
     yield "  righting arms GZ [m] at constant displacement, no turn about the other axis:"
     yield f"    {'angle [deg]':>12} {'heel':>12} {'pitch':>12}"
     for k, angle in enumerate(ANGLES):
@@ -278,7 +202,7 @@ def _plain(value: float) -> str:
 
 
 def _limits(curve: Curve) -> str:
-    """The largest arm, and the angles at which arm, deck and openings end."""
+    """The largest arm, and the angles at which arms end."""
     best = int(np.argmax(curve.arms))
     told = [
         f"largest arm {_plain(curve.arms[best])} m at {math.degrees(curve.angles[best]):.3g} deg"
@@ -289,7 +213,6 @@ def _limits(curve: Curve) -> str:
         part = curve.arms[k] / (curve.arms[k] - curve.arms[k + 1])
         angle = curve.angles[k] + part * (curve.angles[k + 1] - curve.angles[k])
         told.append(f"none left at about {math.degrees(angle):.3g} deg")
-    for angle, text in ((curve.deck, "deck under at"), (curve.flooded, "water enters at")):
-        if math.isfinite(angle):
-            told.append(f"{text} {math.degrees(angle):.3g} deg")
+    if math.isfinite(curve.flooded):
+        told.append(f"water enters before {math.degrees(curve.flooded):.3g} deg")
     return ", ".join(told)

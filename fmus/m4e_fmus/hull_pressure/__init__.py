@@ -10,12 +10,14 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+import numpy as np
+
 from m4e_adapters.hydrodynamics import pressure
 from m4e_adapters.hydrodynamics.config import wave_sections
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, Motion, point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
-from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
+from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_load import HullData, HullLoad, PressureData
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
@@ -70,7 +72,7 @@ def _scene(config: HullPressureConfig, *, folder: Path, values: Mapping[str, flo
 def _data(name: str, hull: Panels, config: HullPressureConfig) -> HullData:
     """A body as `slave.py` reads it."""
     center = config.bodies[name].center_of_gravity
-    vertices, triangles = body_triangles(hull, center)
+    vertices, triangles = hull.vertices - np.array(point_in_space(center)), hull.triangle_faces
     still = HullLoad(vertices.tolist(), triangles.tolist(), weight=1.0, waves=None)
     load = still.at(point_in_space(center), (0.0, 0.0, 0.0), 0.0)
     return HullData(

@@ -14,7 +14,7 @@ from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
-from m4e_adapters.hydrodynamics.refinement import refinement, refinement_json
+from m4e_adapters.hydrodynamics.refinement import refinement
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
 from m4e_fmi.report.animation.shown import Shown, ShownHull
@@ -55,12 +55,24 @@ def _headed(config: HydrodynamicsConfig, hull: ShownHull, heading: float) -> Sho
 def _refinement(
     config: HydrodynamicsConfig, *, folder: Path, progress: Callable[[str], object] = print
 ) -> tuple[str, dict[str, object]]:
-    """A convergence study of the coefficients, as text and as JSON.
+    """A convergence study of the coefficients, as text and as JSON, tables in SI.
 
     InputError for coefficients of a file.
     """
     study = refinement(config, folder=folder, progress=progress)
-    return str(study), refinement_json(study)
+    limit = study.limit
+    return str(study), {
+        "panels": list(study.panels),
+        "highest_frequency": study.highest,
+        "rows": list(study.rows()),
+        "motions": list(limit.motions),
+        "omega": limit.omega.tolist(),
+        "added_mass": limit.added_mass.tolist(),
+        "radiation_damping": limit.radiation_damping.tolist(),
+        "added_mass_inf": limit.added_mass_inf.tolist(),
+        "excitation_real": np.real(limit.excitation).tolist(),
+        "excitation_imaginary": np.imag(limit.excitation).tolist(),
+    }
 
 
 KIND = kind_in_water(

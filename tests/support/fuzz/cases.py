@@ -195,9 +195,10 @@ def _describe(path: Path) -> None:
 
 
 def _mesh(path: Path) -> None:
-    from m4e_adapters.hydrodynamics.geometry.mesh_files import _loaded
+    from m4e_adapters.hydrodynamics.config.shapes import Part
+    from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
 
-    _loaded(path, "hull")
+    drawn_panels("hull", Part(mesh=path.name), (), path.parent)
 
 
 def _lines(path: Path) -> None:

@@ -1,8 +1,8 @@
 """Relations that coefficients of potential flow obey, as far as their data allow to check them.
 
-- Reciprocity: A, B and A∞ are symmetric.
+Symmetry and energy are checked where a memory is fitted (`memory.soundness`).
+
 - Causality (Kramers and Kronig): A(ω) − A∞ follows from B: `ogilvie`.
-- Energy: B has no negative eigenvalue.
 - Haskind, energy of radiated waves: B = k/(8πρg c_g) ∮ Re X X* dβ, c_g the group velocity
   (J. N. Newman, "Marine Hydrodynamics", 1977, chapter 6), where the directions go all around.
 - Long waves: the heave excitation is the hydrostatic stiffness, and that in surge the inertia of
@@ -77,9 +77,7 @@ def _integral(omega: np.ndarray, damping: np.ndarray, k: int) -> np.ndarray:
     return (2.0 / np.pi) * np.tensordot(weights, values, axes=1)
 
 
-ASYMMETRIC = 0.05  # of the motions' own, that is warned of
 NOT_CAUSAL = 0.05  # of A∞
-NEGATIVE = 0.02  # of the motions' largest B
 OFF_HASKIND = 0.05  # of the motions' largest B
 LONG = 0.1  # wavenumber times size below which a wave is long
 OFF_LONG = 0.5  # relative error of forces in long waves
@@ -100,25 +98,7 @@ def findings(c: Coefficients, *, added_mass_inf_of_file: bool = True) -> list[Re
 
     `added_mass_inf_of_file` is False where A∞ itself comes from causality.
     """
-    found = [_symmetry(c), _causality(c, added_mass_inf_of_file), _energy(c)]
-    return [*found, *_haskind(c), *_long_waves(c)]
-
-
-def _symmetry(c: Coefficients) -> Relation:
-    worst, place = 0.0, ("added_mass", 0, 0)
-    for name in ("added_mass", "radiation_damping", "added_mass_inf"):
-        values = getattr(c, name)
-        size = _sizes(c, values)
-        apart = np.abs(values - values.swapaxes(-1, -2)) / np.outer(size, size)
-        apart = apart.reshape(-1, *apart.shape[-2:]).max(axis=0)
-        if apart.max() > worst:
-            i, j = np.unravel_index(int(apart.argmax()), apart.shape)
-            worst, place = float(apart.max()), (name, int(i), int(j))
-    name, i, j = place
-    text = f"halves of A, B and A∞ differ by up to {100 * worst:.2g} % of the motions' own"
-    if worst > 0:
-        text += f" ({name}, {c.motions[i]} and {c.motions[j]})"
-    return Relation("symmetry", text, worst > ASYMMETRIC)
+    return [_causality(c, added_mass_inf_of_file), *_haskind(c), *_long_waves(c)]
 
 
 def _causality(c: Coefficients, of_file: bool) -> Relation:
@@ -146,21 +126,6 @@ def _causality(c: Coefficients, of_file: bool) -> Relation:
     return Relation("causality", text, bool(error[k] > NOT_CAUSAL + spread[k] / size[k]))
 
 
-def _energy(c: Coefficients) -> Relation:
-    damping = 0.5 * (c.radiation_damping + c.radiation_damping.swapaxes(1, 2))
-    size = _sizes(c, damping)
-    values = np.linalg.eigvalsh(damping / np.outer(size, size))[:, 0]
-    k = int(values.argmin())
-    if values[k] >= -1e-6:
-        return Relation("energy", "B has no negative eigenvalue")
-    text = (
-        f"B has a negative eigenvalue, {-100 * values[k]:.2g} % of the motions' largest, at "
-        f"{c.omega[k]:.4g} rad/s; below -{100 * NEGATIVE:g} % at {(values < -NEGATIVE).sum()} of "
-        f"{len(values)} frequencies"
-    )
-    return Relation("energy", text, bool(values[k] < -NEGATIVE))
-
-
 def _haskind(c: Coefficients) -> Iterator[Relation]:
     if not c.has_harmonics:
         return
@@ -179,13 +144,6 @@ def _haskind(c: Coefficients) -> Iterator[Relation]:
         f"({c.motions[motion]} at {c.omega[at]:.3g} rad/s)"
     )
     yield Relation("Haskind", text, bool(error.max() > OFF_HASKIND))
-
-
-def _sizes(c: Coefficients, values: np.ndarray) -> np.ndarray:
-    """Roots (n,) of the motions' largest own values in (…, n, n), those of trifles raised."""
-    own = np.abs(values.diagonal(axis1=-2, axis2=-1)).reshape(-1, values.shape[-1]).max(axis=0)
-    found = np.sqrt(np.maximum(own, TRIFLE * _largest_of_kind(c, own)))
-    return np.where(found > 0, found, 1.0)
 
 
 def _largest_of_kind(c: Coefficients, values: np.ndarray) -> np.ndarray:
@@ -212,23 +170,12 @@ def _long_waves(c: Coefficients) -> Iterator[Relation]:
         place = c.own(number).start + c.heave
         stiffness = float(c.hydrostatic_stiffness[place, place])
         heave = float(own[c.heave].real)
-        least = 0.1 * c.density * c.gravity * float(np.cbrt(volumes[number])) ** 2
-        if stiffness > least:
-            off = abs(heave / stiffness - 1.0)
+        if stiffness > 0.1 * c.density * c.gravity * float(np.cbrt(volumes[number])) ** 2:
             text = (
                 f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, the "
                 f"hydrostatic stiffness {stiffness:.4g} N/m"
             )
-            yield Relation("long waves", text, bool(off > OFF_LONG))
-            continue
-        inertia = c.density * volumes[number] + abs(float(c.added_mass[0, place, place]))
-        submerged = 2.0 * (float(c.omega[0]) ** 2 * inertia + abs(stiffness))
-        if abs(heave) > max(0.5 * least, submerged):
-            text = (
-                f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, as of a "
-                f"body in the surface, the hydrostatic stiffness {stiffness:.4g} N/m"
-            )
-            yield Relation("long waves", text, True)
+            yield Relation("long waves", text, abs(heave / stiffness - 1.0) > OFF_LONG)
 
 
 def surge_share(c: Coefficients, relative: np.ndarray, direction: float) -> float:

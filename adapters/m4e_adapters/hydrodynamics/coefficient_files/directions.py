@@ -125,7 +125,9 @@ def with_directions(
     else:
         for plane in symmetry.planes:
             if _is_even(relative, directions, plane):
-                relative = _without_odd(relative, directions, plane)
+                odd = np.ix_(_within(directions, plane), _odd(plane, relative.shape[2]))
+                relative = relative.copy()
+                relative[:, *odd] = 0.0
                 if _spacing(directions) is None:
                     directions, relative = _mirrored(plane, directions, relative)
                     notes.append(f"wave directions are mirrored in the plane of equal {plane}")
@@ -211,13 +213,6 @@ def _is_even(relative: np.ndarray, directions: np.ndarray, plane: str) -> bool:
     kinds = np.repeat(largest.reshape(-1, 3).max(axis=1), 3)
     forbidden = np.abs(relative[:, within][:, :, odd]).max(axis=(0, 1), initial=0.0)
     return bool((forbidden < ALIKE * kinds[odd]).all())
-
-
-def _without_odd(relative: np.ndarray, directions: np.ndarray, plane: str) -> np.ndarray:
-    found = relative.copy()
-    place = np.ix_(_within(directions, plane), _odd(plane, relative.shape[2]))
-    found[:, *place] = 0.0
-    return found
 
 
 def _mirrored(

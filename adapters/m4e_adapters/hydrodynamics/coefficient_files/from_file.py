@@ -25,7 +25,6 @@ from m4e_adapters.hydrodynamics.coefficient_files.matching import (
     lever_arms,
     matched_bodies,
     matched_water,
-    places_in_file,
     told_bodies,
 )
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
@@ -78,10 +77,16 @@ def read_for(config: HydrodynamicsConfig, *, folder: Path) -> FromFile:
     moved = _without(moved, symmetry)
     made, table, source = _assembled(moved, bodies, water, config.dimensions)
     phases = _phases(made, data, table)
-    _check_added_mass_inf(made)
+    try:
+        check_added_mass_inf(made, 0.5 * (made.added_mass_inf + made.added_mass_inf.T))
+    except InputError as error:
+        raise InputError([replace(p, keys=KEYS) for p in error.problems]) from None
     made, notes = with_directions(made, data.directions, table, symmetry)
+    shown, count = ", ".join(f"{beta:g}" for beta in data.directions), len(data.bodies)
     said = (
-        _summary(data),
+        f"coefficients of {data.path.name} ({data.format}): {count} "
+        f"{'body' if count == 1 else 'bodies'}, {len(data.omega)} frequencies from "
+        f"{data.omega[0]:.4g} to {data.omega[-1]:.4g} rad/s, waves that travel at {shown} deg",
         *data.notes,
         *told_bodies(bodies, config, data),
         phases,
@@ -98,7 +103,8 @@ def read_for(config: HydrodynamicsConfig, *, folder: Path) -> FromFile:
 
 def _about_centers(data: FileData, bodies: Sequence[MatchedBody]) -> FileData:
     """The data of the `bodies`, in their order, for motions about their centres of gravity."""
-    places, arms = places_in_file(bodies), lever_arms(bodies)
+    places = np.concatenate([np.arange(SIX) + SIX * body.number for body in bodies])
+    arms = lever_arms(bodies)
 
     def moved(values: np.ndarray) -> np.ndarray:
         return arms.T @ values[..., places[:, None], places] @ arms
@@ -214,23 +220,6 @@ def _phases(made: Coefficients, data: FileData, table: np.ndarray) -> str:
     if not share < -WRONG_PHASE:
         checked = "not checked: the force along long waves is too small"
     return f"phases of {data.format} are {of}: {checked}"
-
-
-def _check_added_mass_inf(made: Coefficients) -> None:
-    try:
-        check_added_mass_inf(made, 0.5 * (made.added_mass_inf + made.added_mass_inf.T))
-    except InputError as error:
-        raise InputError([replace(p, keys=KEYS) for p in error.problems]) from None
-
-
-def _summary(data: FileData) -> str:
-    count = len(data.bodies)
-    shown = ", ".join(f"{beta:g}" for beta in data.directions)
-    return (
-        f"coefficients of {data.path.name} ({data.format}): {count} "
-        f"{'body' if count == 1 else 'bodies'}, {len(data.omega)} frequencies from "
-        f"{data.omega[0]:.4g} to {data.omega[-1]:.4g} rad/s, waves that travel at {shown} deg"
-    )
 
 
 def _missing_water(data: FileData, water: Water) -> str:

@@ -20,7 +20,6 @@ from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_fmi.errors import Problem
 
 SAME_WATER = 1e-3  # relative difference of water properties that is none
-SAME_PLACE = 1e-6  # m
 
 
 @dataclass(frozen=True)
@@ -155,23 +154,23 @@ def told_bodies(
     bodies: Sequence[MatchedBody], config: HydrodynamicsConfig, data: FileData
 ) -> list[str]:
     """Lines on each body and its values' sources, and on bodies that are left out."""
+    sources = {True: "(system file)", False: "(file)"}
     lines = []
     for body in bodies:
         given, own = config.bodies[body.name], body.of_file
-        x, y, z = body.center
-        place = f"({x:.6g}, {y:.6g}, {z:.6g}) m"
-        text = f"body {body.name!r} is {own.name!r} of the file, number {body.number + 1}: "
-        text += f"centre of gravity {place} {_from(bool(given.center_of_gravity))}, "
-        text += f"displaces {body.volume:.6g} m3 {_from(own.volume is None)}, motions of the file "
-        x, y, z = body.reference
-        about = f"about ({x:.6g}, {y:.6g}, {z:.6g}) m"
-        if np.linalg.norm(body.arm) > SAME_PLACE:
-            text += f"{about} {_from(own.reference is None)} moved to the centre of gravity"
-        elif own.reference is None and given.reference_point is None:
-            text += "taken as those about the centre of gravity (no reference_point is given)"
-        else:
-            text += "are about the centre of gravity"
-        lines += [text, _weight(body, config)]
+        about = "(assumed)"  # if neither has the point
+        if own.reference is not None or given.reference_point is not None:
+            about = sources[own.reference is None]
+        weight = sources[given.weight_at is not None]
+        if given.weight_at is None and own.center_of_gravity is None:
+            weight = "(assumed; if the file is of another one, write weight_at)"
+        lines.append(
+            f"body {body.name!r} is {own.name!r} of the file, number {body.number + 1}: centre of "
+            f"gravity {_place(body.center)} {sources[bool(given.center_of_gravity)]}, displaces "
+            f"{body.volume:.6g} m3 {sources[own.volume is None]}, motions of the file about "
+            f"{_place(body.reference)} {about}, its hydrostatic stiffness with the weight at "
+            f"{_place(body.weight_at)} {weight}"
+        )
         if own.missing:
             motions = ", ".join(own.missing)
             lines.append(f"warning: the file has no {motions} of {own.name!r}: they feel no water")
@@ -182,24 +181,8 @@ def told_bodies(
     return lines
 
 
-def _weight(body: MatchedBody, config: HydrodynamicsConfig) -> str:
-    """A line on where the weight acts in the stiffness of the file."""
-    x, y, z = body.weight_at
-    if config.bodies[body.name].weight_at is not None:
-        source = "weight_at"
-    elif body.of_file.center_of_gravity is not None:
-        source = "the file's centre of gravity"
-    else:
-        source = "the given centre of gravity; if the file is of another one, write weight_at"
-    text = f"the hydrostatic stiffness of {body.of_file.name!r} is taken as that with the weight at"
-    text += f" ({x:.6g}, {y:.6g}, {z:.6g}) m, {source}"
-    if np.linalg.norm(np.subtract(body.weight_at, body.center)) > SAME_PLACE:
-        text += ", and moved to the centre of gravity"
-    return text
-
-
-def _from(system_file: bool) -> str:
-    return "(system file)" if system_file else "(file)"
+def _place(point: Point) -> str:
+    return "({:.6g}, {:.6g}, {:.6g}) m".format(*point)
 
 
 def lever_arms(bodies: Sequence[MatchedBody]) -> np.ndarray:
@@ -211,8 +194,3 @@ def lever_arms(bodies: Sequence[MatchedBody]) -> np.ndarray:
         turned = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # rotation × arm
         found[SIX * k : SIX * k + 3, SIX * k + 3 : SIX * k + 6] = turned
     return found
-
-
-def places_in_file(bodies: Sequence[MatchedBody]) -> np.ndarray:
-    """Where the motions of the bodies are in the file, (6N,), indices."""
-    return np.concatenate([np.arange(SIX) + SIX * body.number for body in bodies])

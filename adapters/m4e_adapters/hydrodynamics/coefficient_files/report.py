@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +14,6 @@ from m4e_adapters.hydrodynamics.coefficient_files.from_file import read_for
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
-from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_fmi.analysis.hydrodynamic_data import FittedMemory, HydrodynamicData, Motion
 from m4e_fmi.errors import InputError
@@ -82,7 +80,10 @@ def hydrodynamic_data(
     directions, table = _excitation(c)
     return HydrodynamicData(
         title=name,
-        motions=_motions(c),
+        motions=tuple(
+            Motion(own, kind.force_unit, kind.unit)
+            for own, kind in zip(c.motions, c.body_motions * len(c.bodies), strict=True)
+        ),
         omega=c.omega,
         added_mass=c.added_mass,
         damping=c.radiation_damping,
@@ -96,10 +97,19 @@ def hydrodynamic_data(
         fit_memory=_memory(fitted, time),
         directions=directions,
         excitation=table,
-        memories=_memories(fitted),
+        memories=tuple(
+            FittedMemory(
+                motions=group.motions,
+                poles=group.order,
+                states=group.order * len(group.motions),
+                error=group.error,
+                damping_error=group.misfit.damping_error,
+            )
+            for group in fitted.groups
+        ),
         states=len(program.states),
         operations=len(program.operations(program.results)),
-        findings=[*((f.name, f.text, f.warns) for f in found), *_convolutions(c, fitted), *faults],
+        findings=[*((f.name, f.text, f.warns) for f in found), *faults],
         notes=tuple(notes),
     )
 
@@ -120,20 +130,6 @@ def _known(
     return c, read.findings
 
 
-def _memories(fitted: RadiationMemory) -> tuple[FittedMemory, ...]:
-    """Size and errors of the fit to each group of motions."""
-    return tuple(
-        FittedMemory(
-            motions=group.motions,
-            poles=group.order,
-            states=group.order * len(group.motions),
-            error=group.error,
-            damping_error=group.misfit.damping_error,
-        )
-        for group in fitted.groups
-    )
-
-
 def _fitted(
     c: Coefficients, config: HydrodynamicsConfig, report: Callable[[str], object]
 ) -> tuple[RadiationMemory, list[tuple[str, str, bool]]]:
@@ -145,36 +141,6 @@ def _fitted(
     except InputError as error:
         faults = [("memory", f"{p.message}: {p.remedy}", True) for p in error.problems]
         return RadiationMemory((), c.added_mass_inf), faults
-
-
-def _convolutions(c: Coefficients, fitted: RadiationMemory) -> Iterator[tuple[str, str, bool]]:
-    """Truncation and noise of the memory by convolution, and how far a fit is from it."""
-    is_fit = any(isinstance(group, RadiationGroup) for group in fitted.groups)
-    try:
-        memory = fit_radiation(c, convolution=True) if is_fit else fitted
-    except InputError as error:
-        yield "convolution", error.problems[0].message, True
-        return
-    omega = c.omega[c.omega <= c.memory_limit]
-    apart = np.abs(_transfer(fitted, omega) - _transfer(memory, omega)).max(axis=0)
-    for group in memory.groups:
-        if not isinstance(group, ConvolutionGroup):
-            continue
-        own, names = list(group.motions), ", ".join(c.motions[k] for k in group.motions)
-        text = f"{names}: {group.text}"
-        if is_fit:
-            damping = c.radiation_damping[: len(omega)].diagonal(axis1=1, axis2=2).max(axis=0)[own]
-            share = (apart[np.ix_(own, own)] / np.sqrt(np.outer(damping, damping))).max()
-            text += f"; the state space differs by up to {100 * share:.2g} % of it"
-        yield "convolution", text, group.misfit.is_poor
-
-
-def _motions(c: Coefficients) -> tuple[Motion, ...]:
-    kinds = c.body_motions * len(c.bodies)
-    return tuple(
-        Motion(name, kind.force_unit, kind.unit)
-        for name, kind in zip(c.motions, kinds, strict=True)
-    )
 
 
 def _transfer(fitted: RadiationMemory, omega: np.ndarray) -> np.ndarray:

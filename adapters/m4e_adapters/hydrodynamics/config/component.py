@@ -8,13 +8,12 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config.numbers import Finite, Place, Positive
+from m4e_adapters.hydrodynamics.config.numbers import Finite, Place
 from m4e_adapters.hydrodynamics.config.sections import (
     NAME,
     Body,
     BodyPoint,
     Frequencies,
-    GapLid,
     Loads,
     Radiation,
     Water,
@@ -25,7 +24,6 @@ from m4e_adapters.hydrodynamics.config.waves import (
     Still,
     Waves,
     flow_problems,
-    wave_sections,
 )
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected_at
@@ -88,22 +86,19 @@ class HydrodynamicsConfig(Section):
     `dimensions: 2` (default) is the X-Z plane with surge, heave and pitch; `dimensions: 3` has all
     six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
     of the axis of the hulls that is drawn along +X: they are turned as one about the vertical
-    through the middle of their centres of gravity. With a `heading_filter` [s] the heading follows
-    the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
+    through the middle of their centres of gravity. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another. `gap_lids` damp the water in gaps. Of `points` the height above
+    body's motion on another. Of `points` the height above
     the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
     water: Water = Water()
     heading: Finite = 0.0
-    heading_filter: Positive | None = None
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
-    gap_lids: tuple[GapLid, ...] = ()
     points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
@@ -118,15 +113,17 @@ class HydrodynamicsConfig(Section):
         wrong += flow_problems(
             self.waves, self.current, depth=self.water.depth, dimensions=self.dimensions
         )
-        wrong += [*_missing(self), *_drift_twice(self)]
+        wrong += _missing(self)
+        for name, body in self.bodies.items():
+            if self.loads.displaced and body.drift is not None:
+                text = "the excitation at the displaced place has a part of the second-order drift "
+                text += f"of body {name!r}, which counts it all"
+                remedy = "remove the body's drift, or excitation_at"
+                wrong.append(rejected_at(("loads", "excitation_at"), text, remedy))
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(rejected_at(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
             wrong += _beyond_the_plane(self)
-        elif self.heading_filter is not None and len(self.bodies) > 1:
-            text = f"the heading cannot follow the yaw of {len(self.bodies)} bodies"
-            remedy = "remove heading_filter, or give each body a hydrodynamics component of its own"
-            wrong.append(rejected_at(("heading_filter",), text, remedy))
         if wrong:
             raise ValidationError.from_exception_data("hydrodynamics", wrong)
         return self
@@ -140,29 +137,9 @@ class HydrodynamicsConfig(Section):
 
 def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys that other keys leave without effect."""
-    of_file, loads = config.coefficients is not None, config.loads
-    moving = [body for body in config.bodies.values() if not body.fixed]
-    still = loads.drag == "none" or all(body.drag.water == "still" for body in moving)
-    unexcited = not loads.excitation or not wave_sections(config.waves)
-    on_file, acting = " on coefficients of a file", "remove it, or the load's 'none' from 'loads'"
+    of_file, on_file = config.coefficients is not None, " on coefficients of a file"
     rows: list[tuple[Section, Keys, bool, str, str]] = [
-        (config, ("radiation",), loads.radiation == "none", ": loads.radiation is none", acting),
         (config, ("frequencies",), of_file, on_file, "remove it: the file has its own"),
-        (config, ("gap_lids",), of_file, on_file, "remove it, or give the bodies shapes"),
-        (
-            loads,
-            ("loads", "excitation_at"),
-            loads.displaced and unexcited,
-            ": there are no waves, or they do not excite",
-            "remove it",
-        ),
-        (
-            config,
-            ("current",),
-            still,
-            ": it acts by drag, which is switched off or 'water: still'",
-            "remove it, or let a body have drag in moving water",
-        ),
     ]
     for name, body in config.bodies.items():
         whys = {
@@ -186,7 +163,6 @@ def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
                 " on a fixed body",
                 "remove it, or remove 'fixed'",
             ),
-            ("drag",): (loads.drag == "none", ": loads.drag is none", acting),
             ("panels",): (
                 body.shape.mesh is not None,
                 " on a mesh file",
@@ -194,24 +170,10 @@ def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             ),
         }
         rows += [(body, ("bodies", name, key), *why) for keys, why in whys.items() for key in keys]
-        framed = body.fixed and body.shape.frame != "world"
-        keys = ("bodies", name, "shape", "frame")
-        remedy = "remove it and give mesh_origin: the body has no centre of gravity"
-        rows.append((body.shape, keys, framed, " on a fixed body", remedy))
     for section, keys, applies, why, remedy in rows:
         key = str(keys[-1])
         if applies and key in section.model_fields_set and getattr(section, key):
             yield rejected_at(keys, f"'{key}' has no effect{why}", remedy)
-
-
-def _drift_twice(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Excitation at the displaced place that counts drift which a body has as well."""
-    for name, body in config.bodies.items():
-        if config.loads.displaced and body.drift is not None:
-            text = "the excitation at the displaced place has a part of the second-order drift of "
-            remedy = "remove the body's drift, or excitation_at"
-            text += f"body {name!r}, which counts it all"
-            yield rejected_at(("loads", "excitation_at"), text, remedy)
 
 
 def _missing(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -254,13 +216,8 @@ def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies)
-    for k, lid in enumerate(config.gap_lids):
-        if lid.center_y:
-            yield rejected_at(
-                ("gap_lids", k, "center_y"), "'center_y' leaves the X-Z plane", OF_SPACE
-            )
-    for key in {"heading", "heading_filter"} & config.model_fields_set:
-        yield rejected_at((key,), f"'{key}' is of space", OF_SPACE)
+    if "heading" in config.model_fields_set:
+        yield rejected_at(("heading",), "'heading' is of space", OF_SPACE)
     for name, body in config.bodies.items():
         for way, drag in (("drag",), body.drag), (("drag", "linear"), body.drag.linear):
             for key in {"sway", "roll", "yaw"} & drag.model_fields_set:

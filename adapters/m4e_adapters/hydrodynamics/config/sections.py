@@ -1,4 +1,4 @@
-"""Sections of the component: water, bodies and points of them, frequencies, loads, lids."""
+"""Sections of the component: water, bodies and points of them, frequencies, loads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from m4e_adapters.hydrodynamics.config.numbers import (
-    Coordinate,
     Depth,
     NotNegative,
     Order,
@@ -175,18 +174,3 @@ class Loads(Section):
         """The parts of the excitation that act."""
         given = {"froude_krylov": self.froude_krylov, "diffraction": self.diffraction}
         return tuple(name for name, law in given.items() if law != "none")
-
-
-class GapLid(Section):
-    """A rectangle of water between hulls with `damping` [1/s]: `length` [m] along X, `width` [m]
-    along Y, its middle at (`center_x`, `center_y`) [m] in the reference pose.
-
-    What hulls cover of it does not count. A resistance of density times damping acts on the
-    vertical velocity of the water per area: the literature's epsilon times the frequency.
-    """
-
-    length: Positive
-    width: Positive
-    damping: Positive
-    center_x: Coordinate = 0.0
-    center_y: Coordinate = 0.0

@@ -13,20 +13,17 @@ from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.drift.files import read_drift
 from m4e_adapters.hydrodynamics.drift.recording import (
-    FINEST,
     WIDEST,
     Directed,
     Drifting,
     FixedDrift,
     Paired,
-    at_frequency,
     drift_forces,
     factorised,
     harmonics,
 )
 from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift, Qtf
 from m4e_adapters.hydrodynamics.geometry.motions import X_Y_PAIRS, Motion
-from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.motions import Motions
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
@@ -43,26 +40,24 @@ def matched(
     systems: Sequence[WaveSystem],
     *,
     heading: float,
-    turns: bool,
     tell: Tell,
 ) -> Drifting:
     """The drift for the waves of `systems`, for hulls with that `heading` [deg].
 
-    It `turns` if the heading follows the yaw. `tell` gets lines on what was done. InputError if the
-    table does not have the directions or the frequencies of the waves.
+    `tell` gets lines on what was done. InputError if the table does not have the directions or the
+    frequencies of the waves.
     """
     for note in table.notes:
         tell(f"{table.name}: {note}")
     _check_frequencies(table, systems, tell)
     if isinstance(table, Qtf):
-        return _paired(table, systems, heading=heading, turns=turns, tell=tell)
+        return _paired(table, systems, heading=heading, tell=tell)
     around = harmonics(table)
     if around is not None:
         return Directed(table.omega, table.motions, around)
-    _check_turns(table, turns)
     tell(
-        f"{table.name}: its directions are not all around in steps of {FINEST:g} to {WIDEST:g} "
-        "deg: those of the waves are fixed"
+        f"{table.name}: its directions are not all around in equal steps of {WIDEST:g} deg or "
+        "less: those of the waves are fixed"
     )
     places = [[_row(table, beta) for beta in _directions(own, heading)] for own in systems]
     return FixedDrift(
@@ -87,26 +82,15 @@ def _row(table: MeanDrift | Qtf, direction: float) -> int:
         raise InputError.single(
             f"{table.name} has no drift for waves at {direction % 360.0:.6g} deg from the hull's "
             f"axis: it has {known}" + (f" and {more} more" if more > 0 else ""),
-            "compute it for that direction too; in a mean drift table directions all around, at "
-            f"most {WIDEST:g} deg apart and multiples of {FINEST:g} deg or more, are good for any "
+            "compute it for that direction too; in a mean drift table directions all around, in "
+            f"equal steps of {WIDEST:g} deg or less, are good for any "
             "(a hull that is symmetric about y = 0 has sway and yaw of the other sign at minus "
             "the direction)",
         )
     return place
 
 
-def _check_turns(table: MeanDrift | Qtf, turns: bool) -> None:
-    if turns:
-        raise InputError.single(
-            f"{table.name}: the heading follows the yaw, this drift is not for all directions",
-            "leave out heading_filter, or take mean drift for directions all around",
-        )
-
-
-def _paired(
-    table: Qtf, systems: Sequence[WaveSystem], *, heading: float, turns: bool, tell: Tell
-) -> Paired:
-    _check_turns(table, turns)
+def _paired(table: Qtf, systems: Sequence[WaveSystem], *, heading: float, tell: Tell) -> Paired:
     angles = {round(b % 360.0, 3) for own in systems for b in _directions(own, heading)}
     if len(angles) > 1:
         raise InputError.single(
@@ -116,26 +100,12 @@ def _paired(
         )
     place = _row(table, angles.pop()) if angles else 0
     factors = tuple(factorised(qtf) for qtf in table.values[place])
-    for motion, qtf, own in zip(table.motions, table.values[place], factors, strict=True):
-        error = _error(table.omega, qtf, own.matrix, systems)
+    for motion, own in zip(table.motions, factors, strict=True):
         tell(
             f"{table.name}: the QTF of {motion.name} has {len(own.values)} factors of "
-            f"{len(qtf)}, which leave {error:.1g} of the force's standard deviation in these waves"
+            f"{len(own.shapes)}"
         )
     return Paired(table.omega, table.motions, factors)
-
-
-def _error(
-    knots: np.ndarray, qtf: np.ndarray, kept: np.ndarray, systems: Sequence[WaveSystem]
-) -> float:
-    """‖a(Q − Q')a‖ over ‖aQa‖ of all waves of amplitudes a: standard deviations of the forces."""
-    omega = np.concatenate([own.configured()[0] for own in systems] or [knots])
-    amplitudes = np.concatenate([own.configured()[1] for own in systems] or [np.ones(len(knots))])
-    hats = amplitudes[:, None] * np.array(
-        [at_frequency(w, knots, np.eye(len(knots))) for w in omega.tolist()]
-    )
-    whole = np.linalg.norm(hats @ qtf @ hats.T)
-    return float(np.linalg.norm(hats @ (qtf - kept) @ hats.T) / whole) if whole else 0.0
 
 
 def _check_frequencies(table: MeanDrift | Qtf, systems: Sequence[WaveSystem], tell: Tell) -> None:
@@ -205,16 +175,18 @@ def matched_drifts(
     drift: Mapping[str, BodyDrift],
     coefficients: Coefficients,
     systems: Sequence[WaveSystem],
-    heading: Heading,
+    heading: float,
     tell: Tell,
 ) -> dict[str, Drifting]:
-    """The drift of each body for the waves of `systems`; InputError with all problems."""
+    """The drift of each body for the waves of `systems`, for hulls with that `heading` [deg].
+
+    InputError with all problems.
+    """
     found, problems = dict[str, Drifting](), list[Problem]()
     for name, own in drift.items():
         _doubt(own, name, coefficients, tell)
-        turns = heading.filter_time is not None
         try:
-            found[name] = matched(own.table, systems, heading=heading.angle, turns=turns, tell=tell)
+            found[name] = matched(own.table, systems, heading=heading, tell=tell)
         except InputError as error:
             problems += _placed(error, name)
     InputError.raise_for(problems)

@@ -43,38 +43,22 @@ from m4e_fmi.program import Scalar, cos, maximum, minimum, sin, sqrt
 
 Number = Scalar | float
 FALL = 4  # power of the frequency below a table
-WIDEST, FINEST = 45.0, 5.0  # deg: steps of directions all around
+WIDEST = 45.0  # deg: steps of directions all around
 SAME = 1e-3  # deg
 
 
 def harmonics(table: MeanDrift) -> np.ndarray | None:
-    """g (nω, M + 1, m) [N/m2, N.m/m2] with D = Re Σ_j g_j e^{ijβ}; None: not all around.
+    """g (nω, M + 1, m) [N/m2, N.m/m2] with D = Re Σ_j g_j e^{ijβ}.
 
-    Directions with unequal steps are completed by periodic cubic splines; their steps have a common
-    divisor of `FINEST` at least.
+    None if its directions do not go all around in equal steps of `WIDEST` or less.
     """
-    from scipy.interpolate import CubicSpline
-
-    closed = np.append(table.directions, table.directions[0] + 360.0)
-    steps = np.diff(closed)
-    if steps.max() > WIDEST + SAME:
+    steps = np.diff(table.directions, append=table.directions[0] + 360.0)
+    if steps.max() > WIDEST + SAME or np.ptp(steps) > SAME:
         return None
-    counts = range(round(360.0 / WIDEST), round(360.0 / FINEST) + 1)
-
-    def distance(step: float) -> np.ndarray:
-        """Distances [deg] of the steps (n,) from multiples of one."""
-        return np.abs(steps - step * np.rint(steps / step))
-
-    count = next((n for n in counts if (distance(360.0 / n) < SAME).all()), None)
-    if count is None:
-        return None
-    values = np.concatenate([table.values, table.values[:, :1]], axis=1)
-    spline = CubicSpline(closed, values, axis=1, bc_type="periodic")
-    even = table.directions[0] + 360.0 / count * np.arange(count)
-    found = np.fft.rfft(spline(even), axis=1) / count
+    found = np.fft.rfft(table.values, axis=1) / len(steps)
     orders = np.arange(found.shape[1])
     found *= np.exp(-1j * math.radians(float(table.directions[0])) * orders)[:, None]
-    twice = (orders > 0) & (2 * orders < count)
+    twice = (orders > 0) & (2 * orders < len(steps))
     return np.where(twice, 2.0, 1.0)[:, None] * found
 
 
@@ -133,11 +117,6 @@ class Factors:
 
     values: np.ndarray
     shapes: np.ndarray = field(repr=False)
-
-    @property
-    def matrix(self) -> np.ndarray:
-        """Σ λ u uᴴ, (nω, nω) [N/m2, N.m/m2]."""
-        return (self.shapes * self.values) @ self.shapes.conj().T
 
 
 def factorised(qtf: np.ndarray) -> Factors:

@@ -24,7 +24,6 @@ from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
 from m4e_adapters.hydrodynamics.flow.flow_solver import METHOD, FlowSolver, capytaine_body
-from m4e_adapters.hydrodynamics.flow.gap_lid import DampedLid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
 from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency, wavenumber
@@ -34,7 +33,6 @@ CODE = (
     "flow.cache",
     "flow.capytaine_setup",
     "flow.flow_solver",
-    "flow.gap_lid",
     "geometry.motions",
     "geometry.panels",
 )
@@ -55,7 +53,6 @@ def solve_hulls(
     omega: np.ndarray,
     wave_direction: float = 0.0,
     needed: float = math.inf,
-    gap_lid: DampedLid | None = None,
     progress: Progress = print,
 ) -> Coefficients:
     """Coefficients of all hulls that move together, interactions with the fixed ones included.
@@ -68,13 +65,12 @@ def solve_hulls(
     wave_direction : [deg], of `Coefficients.excitation`; 0 or 180 in the plane.
     needed : angular frequency [rad/s] up to which there are waves; panels too coarse for waves that
         neither come nor are radiated by their body are not warned of.
-    gap_lid : a damped part of the free surface.
     progress : is told how far the solution is, and its warnings.
     """
     warn_of_coarse_panels(
         hulls, water=water, highest=float(omega[-1]), needed=needed, progress=progress
     )
-    content = _content(hulls, water, gap_lid)
+    content = _content(hulls, water)
     frequencies = [*omega.tolist(), math.inf]
     directions = [wave_directions(hulls, water, w, wave_direction) for w in frequencies]
     questions = list(zip(frequencies, directions, strict=True))
@@ -85,7 +81,7 @@ def solve_hulls(
         part = "" if not missing else f" of {count} of {len(keys)} frequencies"
         progress(f"potential flow: coefficients{part} taken from the cache")
     if missing:
-        solver = FlowSolver(hulls, water, gap_lid)
+        solver = FlowSolver(hulls, water)
         for number, k in enumerate(missing, start=1):
             progress(f"potential flow: frequency {number} of {len(missing)}")
             found[k] = arrays = solver.at(*questions[k])
@@ -169,9 +165,7 @@ def felt_motions(hulls: Sequence[Hull]) -> np.ndarray:
     return result
 
 
-def _content(
-    hulls: Sequence[Hull], water: Water, gap_lid: DampedLid | None = None
-) -> dict[str, ArrayLike]:
+def _content(hulls: Sequence[Hull], water: Water) -> dict[str, ArrayLike]:
     """All that the solution at a frequency depends on, but for frequency and directions."""
     content: dict[str, ArrayLike] = {
         "code": [package_hash(f"m4e_adapters.hydrodynamics.{name}") for name in CODE],
@@ -179,8 +173,6 @@ def _content(
         "method": METHOD,
         "water": [water.density, water.depth, water.gravity],
     }
-    if gap_lid is not None:
-        content |= {"gap_lid": gap_lid.panels.corners, "gap_damping": gap_lid.damping}
     for k, hull in enumerate(hulls):
         content[f"center{k}"] = hull.center
         for part, panels in (("hull", hull.panels), ("lid", hull.lid)):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -21,10 +20,9 @@ from m4e_adapters.hydrodynamics.flow.capytaine_setup import (
     import_capytaine,
     kept_warnings,
 )
-from m4e_adapters.hydrodynamics.flow.gap_lid import DampedLid, damped_engine, scatter_at_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, point_in_space
-from m4e_adapters.hydrodynamics.geometry.panels import Panels, joined
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_fmi.errors import RunError
 
 METHOD = "direct"
@@ -36,24 +34,13 @@ MIRRORED = {1: ("sway", "roll", "yaw"), 0: ("surge", "pitch", "yaw")}
 class FlowSolver:
     """Radiation and diffraction of all hulls together, interactions included."""
 
-    def __init__(
-        self, hulls: Sequence[Hull], water: Water, gap_lid: DampedLid | None = None
-    ) -> None:
+    def __init__(self, hulls: Sequence[Hull], water: Water) -> None:
         self._capytaine = import_capytaine()
-        engine = None
-        if gap_lid is not None:
-            engine = damped_engine(gap_lid, water.gravity)
-            first = hulls[0]
-            lids = [lid for lid in (first.lid, gap_lid.panels) if lid is not None]
-            hulls = [replace(first, lid=joined(*lids)), *hulls[1:]]
         self._medium = {"water_depth": water.depth, "rho": water.density, "g": water.gravity}
-        self._solver = self._capytaine.BEMSolver(method=METHOD, engine=engine)
+        self._solver = self._capytaine.BEMSolver(method=METHOD)
         with kept_warnings() as self._warnings:
             self._body = capytaine_body(self._capytaine, hulls)
         self._signs = _signs(hulls)
-        self._lid_rates: np.ndarray | None = None
-        if gap_lid is not None:
-            self._lid_rates = gap_lid.rates(self._body.mesh_including_lid.faces_centers)
 
     def at(self, omega: float, directions: Sequence[float]) -> dict[str, np.ndarray]:
         """Solution at `omega` [rad/s] for nβ `directions` [deg]: (n, n) and (nβ, n), SI.
@@ -73,7 +60,11 @@ class FlowSolver:
                 added_mass[:, j] = [result.added_masses[i] for i in names]
                 damping[:, j] = [result.radiation_dampings[i] for i in names]
             for j, direction in enumerate(directions if math.isfinite(omega) else ()):
-                excitation[j] = self._excitation(direction, names, common)
+                angle = math.radians(direction)
+                problem = self._capytaine.DiffractionProblem(wave_direction=angle, **common)
+                result = _solution(self._solver, problem, omega)
+                incident = self._capytaine.bem.airy_waves.froude_krylov_force(problem)
+                excitation[j] = [result.forces[i] + incident[i] for i in names]
         alike = np.ones((n, n), dtype=bool)
         for signs in self._signs:
             alike &= np.equal.outer(signs, signs)
@@ -121,17 +112,6 @@ class FlowSolver:
         count = len(self._body.dofs)
         both = np.array(found) / (4.0 * math.pi)
         return both[:count], both[count:]
-
-    def _excitation(self, direction: float, names: list[str], common: Any) -> np.ndarray:
-        """(n,) of waves in one `direction` [deg]: diffraction, and Froude and Krylov."""
-        problem = self._capytaine.DiffractionProblem(
-            wave_direction=math.radians(direction), **common
-        )
-        if self._lid_rates is not None:
-            scatter_at_lid(problem, self._lid_rates, omega=common["omega"])
-        result = _solution(self._solver, problem, common["omega"])
-        incident = self._capytaine.bem.airy_waves.froude_krylov_force(problem)
-        return np.array([result.forces[i] + incident[i] for i in names])
 
 
 def _outgoing(

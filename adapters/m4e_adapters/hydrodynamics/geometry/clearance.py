@@ -50,7 +50,9 @@ def reaching(
     panels: Panels, other: Panels, *, inwards: float = INWARDS
 ) -> tuple[float, float, float] | None:
     """A point [m] on these panels that is inside the `other` hull, None if there is none."""
-    points = _behind(panels, inwards)
+    normals = panels.normals
+    units = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    points = panels.centers - inwards * sides_of(panels)[:, None] * units  # behind the panels
     points = points[_within(points, other.vertices, 0.0)]
     first = _first_inside(points, other)
     if first is None:
@@ -90,13 +92,6 @@ def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
 def sides_of(panels: Panels) -> np.ndarray:
     """Sides [m] of the squares that are as large as the panels, (nf,)."""
     return np.sqrt(np.linalg.norm(panels.normals, axis=1))
-
-
-def _behind(panels: Panels, inwards: float) -> np.ndarray:
-    """A point behind the middle of each panel, by that share of its side, (nf, 3)."""
-    normals, sides = panels.normals, sides_of(panels)
-    units = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    return panels.centers - inwards * sides[:, None] * units
 
 
 def points_on(panels: Panels, *, inset: float = 0.0) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.checks import place
 from m4e_adapters.hydrodynamics.geometry.clearance import points_on, sides_of
-from m4e_adapters.hydrodynamics.geometry.lid import loops
+from m4e_adapters.hydrodynamics.geometry.lid import loops, waterline
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels
 
 
@@ -28,11 +28,7 @@ def on_the_bed(panels: Panels, depth: float) -> Panels:
     at_bed = np.abs(vertices[:, 2] + depth) < RELATIVE_TOLERANCE * panels.size
     vertices[at_bed, 2] = -depth
     panels = Panels(vertices, panels.faces)
-    rims = [
-        (low, high) if sides[0] > 0 else (high, low)
-        for (low, high), sides in panels.edges().items()
-        if len(sides) == 1 and at_bed[low] and at_bed[high]
-    ]
+    rims = [edge for edge in waterline(panels) if at_bed[list(edge)].all()]
     faces = [panels.faces]
     for loop in loops(rims):
         middle = len(vertices)
@@ -40,14 +36,6 @@ def on_the_bed(panels: Panels, depth: float) -> Panels:
         edges = zip(loop, [*loop[1:], loop[0]], strict=True)
         faces.append(np.array([[b, a, middle, middle] for a, b in edges]))
     return Panels(vertices, np.concatenate(faces)).merged()
-
-
-def off_the_bed(panels: Panels, depth: float) -> tuple[Panels, Panels | None]:
-    """The panels of a closed surface that the water touches, and those at z = −`depth` [m]."""
-    below = np.all(panels.corners[:, :, 2] == -depth, axis=1)
-    if not below.any():
-        return panels, None
-    return panels.selected(~below), panels.selected(below)
 
 
 APART = 0.1  # of a panel's side: distance of two walls in contact, of round ones with flat panels

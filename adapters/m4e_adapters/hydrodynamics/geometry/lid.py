@@ -49,7 +49,7 @@ def _filled(lines: list[np.ndarray]) -> Panels | None:
 
     The water is on one side of all lines that stand apart, and within one that others surround.
     """
-    turns = [np.sign(_enclosed(line)) for line in lines]
+    turns = [np.sign(enclosed(line)) for line in lines]
     if len(set(turns)) == 1:
         found = [_rings(line) for line in lines]
         parts = [rings for rings in found if rings is not None]
@@ -57,9 +57,9 @@ def _filled(lines: list[np.ndarray]) -> Panels | None:
     return _between(*lines) if len(lines) == 2 else None
 
 
-def _enclosed(line: np.ndarray) -> float:
-    """Area [m2] within a closed line (n, 3) [m], positive if it runs round +Z."""
-    x, y, _ = line.T
+def enclosed(line: np.ndarray) -> float:
+    """Area [m2] within a closed line (n, 2) [m], or (n, 3), positive if it runs round +Z."""
+    x, y = line.T[:2]
     return 0.5 * float(x @ np.roll(y, -1) - np.roll(x, -1) @ y)
 
 

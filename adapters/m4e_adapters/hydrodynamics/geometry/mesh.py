@@ -18,6 +18,7 @@ from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, ke
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
 from m4e_adapters.hydrodynamics.geometry.clearance import (
     ROOM,
+    Gap,
     narrowest_gap,
     overlap,
     reaching,
@@ -26,7 +27,6 @@ from m4e_adapters.hydrodynamics.geometry.contact import (
     REMEDY,
     SlidingError,
     common_walls,
-    off_the_bed,
     on_the_bed,
 )
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
@@ -48,7 +48,6 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_panels,
 )
 from m4e_adapters.hydrodynamics.geometry.solids import (
-    below_the_water,
     is_symmetric,
     union_of,
 )
@@ -147,16 +146,10 @@ def sliding_hulls(
             problems.append(Problem(f"{names} overlap {place(point)}", REMEDY, keys=keys))
             continue
         for hull, dry in zip(pair, walls, strict=True):
-            named[hull.name] = _sliding(hull, dry)
+            parts = [p for p in (hull.dry, hull.panels.selected(dry)) if p is not None]
+            still = joined(*parts) if len(parts) > 1 else parts[0]
+            named[hull.name] = replace(hull, panels=hull.panels.selected(~dry), dry=still)
     return list(named.values()), problems
-
-
-def _sliding(hull: Hull, walls: np.ndarray) -> Hull:
-    """The hull with `walls` (nf,), booleans, of its panels dry."""
-    dry = hull.panels.selected(walls)
-    if hull.dry is not None:
-        dry = joined(hull.dry, dry)
-    return replace(hull, panels=hull.panels.selected(~walls), dry=dry)
 
 
 def _in_the_bed(hull: Hull, depth: float, keys: Keys) -> Iterator[Problem]:
@@ -185,17 +178,10 @@ def _too_near(
     if point is not None:
         remedy = "move one of them (center_x, or mesh_origin of a mesh), or make one body of both"
         return f"{names} overlap {place(point)}", remedy
-    point = overlap(first.closed, second.closed)
-    if point is not None:
-        text = f"the gap between {names} is too narrow for their panels to resolve {place(point)}"
-        return text, "use more panels (a finer mesh) where the bodies are round, or a wider gap"
     gap = narrowest_gap(first.panels, second.panels)
     if gap is None:
         return None
-    text = (
-        f"the gap between {names} is about {gap.width:.3g} m wide {place(gap.middle)}, where "
-        f"panels have sides of {gap.side:.3g} m"
-    )
+    text = f"the gap between {names} {_wide(gap)}"
     remedy = "use more panels (a finer mesh), or a wider gap"
     if gap.width < NARROW * gap.side:
         return text, remedy
@@ -206,6 +192,13 @@ def _too_near(
         f"so that the gap has {ROOM:g} of their sides, or a wider gap"
     )
     return None
+
+
+def _wide(gap: Gap) -> str:
+    return (
+        f"is about {gap.width:.3g} m wide {place(gap.middle)}, where panels have sides of "
+        f"{gap.side:.3g} m"
+    )
 
 
 def make_hull(
@@ -236,32 +229,19 @@ def make_hull(
     for text in _narrow_inside(name, body, panels):
         progress(f"warning: {text}")
     if body.fixed:
-        wetted, bed = off_the_bed(panels, depth)
-        return Hull(name, wetted, lid, (), hydrostatics, fixed=True, bed=bed)
-    for text in _misplaced(name, body, panels):
-        progress(f"warning: {text}")
-    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics, body.shape.axis)
-
-
-def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
-    """A centre of gravity that is where no hull of this extent can have it."""
-    world = body.shape.mesh is not None
-    where = "a mesh is in world coordinates, unless mesh_origin: [x, z] moves it there"
+        below = np.all(panels.corners[:, :, 2] == -depth, axis=1)  # no water touches these
+        stands = panels.selected(below) if below.any() else None
+        wetted = panels.selected(~below) if below.any() else panels
+        return Hull(name, wetted, lid, (), hydrostatics, fixed=True, bed=stands)
     x, _, z = point_in_space(body.center_of_gravity)
     low, high = panels.vertices[:, 0].min(), panels.vertices[:, 0].max()
-    keel = panels.vertices[:, 2].min()
-    if not low <= x <= high:
-        remedy = where if world else "give the shape a center_x"
-        yield (
-            f"the centre of gravity of body {name!r} (x = {x:.4g} m) is not above or below its "
-            f"hull (x = {low:.4g} to {high:.4g} m): {remedy}"
+    if not low <= x <= high or z < panels.vertices[:, 2].min():
+        progress(
+            f"warning: the centre of gravity of body {name!r} (x = {x:.4g}, z = {z:.4g} m) is not "
+            f"above or below its hull (x = {low:.4g} to {high:.4g} m), or under its lowest point: "
+            "give the shape a center_x or draft that agrees, or a mesh its mesh_origin"
         )
-    if z < keel:
-        remedy = where if world else "make center_of_gravity and the shape's draft agree"
-        yield (
-            f"the centre of gravity of body {name!r} (z = {z:.4g} m) is below its hull (lowest "
-            f"point at z = {keel:.4g} m): {remedy}"
-        )
+    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics, body.shape.axis)
 
 
 def _shape_panels(
@@ -303,7 +283,7 @@ def _union_panels(
             "complete it, or write 'dimensions: 3' on top of the component",
             keys=keys,
         )
-    solid = below_the_water(solid)
+    solid = solid.trim_by_plane([0.0, 0.0, -1.0], 0.0)  # the part below the water
     if solid.is_empty():
         raise InputError.single(
             f"body {name!r}: all parts of the union are above the water",
@@ -334,10 +314,7 @@ def _narrow_inside(name: str, body: Body, panels: Panels) -> Iterator[str]:
             gap = narrowest_gap(first, second)
             if gap is None:
                 continue
-            text = (
-                f"the gap between parts of the union of body {name!r} is about {gap.width:.3g} m "
-                f"wide {place(gap.middle)}, where panels have sides of {gap.side:.3g} m"
-            )
+            text = f"the gap between parts of the union of body {name!r} {_wide(gap)}"
             if gap.width < NARROW * gap.side:
                 remedy = "let the parts overlap, use more panels, or leave a wider gap"
                 keys = ("bodies", name, "shape", "union")

@@ -21,12 +21,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from typing import Protocol
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Box, Cylinder, HorizontalCylinder, Revolved, Sphere
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.lid import enclosed
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
 
 TALLEST, GROWTH = 4.0, 0.5  # of panels on bodies of revolution: height over width, per distance
@@ -34,13 +34,7 @@ TALLEST, GROWTH = 4.0, 0.5  # of panels on bodies of revolution: height over wid
 Placing = Callable[[float, float], tuple[float, float, float]]
 
 
-class Placed(Protocol):
-    """A shape about (`center_x`, `center_y`) [m]."""
-
-    @property
-    def center_x(self) -> float: ...
-    @property
-    def center_y(self) -> float: ...
+Placed = Box | Cylinder | HorizontalCylinder | Revolved | Sphere
 
 
 def cylinder_panels(shape: Cylinder, panels: int, finer: int = 1) -> Panels:
@@ -225,7 +219,8 @@ def shifted(panels: Panels, shape: Placed) -> Panels:
 
 def horizontal_cylinder_panels(shape: HorizontalCylinder, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a horizontal cylinder, denser towards its ends and the waterline."""
-    top, area = _half_angle(shape.radius, shape.center_z), _area(shape.radius, shape.center_z)
+    top = _half_angle(shape.radius, shape.center_z)
+    area = shape.radius**2 * (top - math.sin(top) * math.cos(top))  # of the wetted section
     girth = 2 * top * shape.radius
     edge = 1.15 * math.sqrt((girth * shape.length + 2 * area) / panels)
     arc = _arc(shape.radius, shape.center_z, 2 * finer * max(3, round(1.1 * girth / edge / 2)))
@@ -234,7 +229,7 @@ def horizontal_cylinder_panels(shape: HorizontalCylinder, panels: int, finer: in
         chord = 2 * finer * max(1, round(float(np.ptp(arc[[0, -1], 0])) / edge / 2))
         way = np.linspace(0.0, 1.0, chord + 1)[1:, None]
         outline = np.concatenate([arc, arc[-1] + way * (arc[0] - arc[-1])])
-        stretch = [1.0, area / _enclosed(outline)]
+        stretch = [1.0, area / enclosed(outline[:-1])]
         arc, outline = arc * stretch, outline * stretch
     along = 2 * finer * max(2, round(1.1 * shape.length / edge / 2))
     x = -0.5 * shape.length * np.cos(np.pi * np.linspace(0, 1, along + 1))
@@ -249,12 +244,6 @@ def horizontal_cylinder_panels(shape: HorizontalCylinder, panels: int, finer: in
 def _half_angle(radius: float, height: float) -> float:
     """Angle [rad] at the centre from the lowest point of a circle to the water or its top."""
     return math.acos(height / radius) if height > -radius else math.pi
-
-
-def _area(radius: float, height: float) -> float:
-    """Area [m2] below the water of an upright disc whose centre is at that height [m]."""
-    top = _half_angle(radius, height)
-    return radius**2 * (top - math.sin(top) * math.cos(top))
 
 
 def _arc(radius: float, height: float, count: int) -> np.ndarray:
@@ -274,12 +263,6 @@ def _arc(radius: float, height: float, count: int) -> np.ndarray:
     else:
         points[-1] = points[0]
     return points
-
-
-def _enclosed(outline: np.ndarray) -> float:
-    """Area [m2] within a closed line (n, 2) [m] whose last point is its first."""
-    (y, z), (v, w) = outline[:-1].T, outline[1:].T
-    return 0.5 * float(y @ w - v @ z)
 
 
 def _end(outline: np.ndarray, x: float, edge: float, finer: int) -> Panels:

@@ -81,12 +81,6 @@ def union_of(name: str, shape: Shape, center: Place, folder: Path, *, whole: boo
     return _together(solids)
 
 
-def ends_are_known(shape: Shape) -> bool:
-    """If every cylinder and box of a union has its freeboard, or is below the water."""
-    ends = (part.cylinder or part.box for part in shape.parts)
-    return all(end is None or end.freeboard is not None or end.top_z < 0.0 for end in ends)
-
-
 def _together(solids: Sequence[Solid]) -> Solid:
     """The solids as one; those of overlapping or touching parts have one surface."""
     manifold = library("manifold3d")
@@ -99,11 +93,6 @@ def is_symmetric(solid: Solid, axis: int) -> bool:
     return (solid - image).volume() < SYMMETRIC * solid.volume()
 
 
-def below_the_water(solid: Solid) -> Solid:
-    """The part of a solid below z = 0."""
-    return solid.trim_by_plane([0.0, 0.0, -1.0], 0.0)
-
-
 def triangles_of(solid: Solid) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (nv, 3) [m] of a solid, and its triangles (nt, 3) of them, normals outwards."""
     mesh = solid.to_mesh64()
@@ -113,7 +102,7 @@ def triangles_of(solid: Solid) -> tuple[np.ndarray, np.ndarray]:
 def _solid(name: str, part: Part, center: Place, folder: Path, keys: Keys, whole: bool) -> Solid:
     """One part, closed, with its part above the water."""
     if part.mesh is None:
-        return _solid_of(_drawn(part))
+        return _solid_of(drawn_shape(part))
     drawn = drawn_panels(name, part, center, folder, keys=keys)
     check_as_drawn(drawn, name, scale=part.scale)
 
@@ -123,17 +112,25 @@ def _solid(name: str, part: Part, center: Place, folder: Path, keys: Keys, whole
     return _solid_of(_closed(drawn, wrong, whole), wrong)
 
 
-def _drawn(part: Part) -> Panels:
+def drawn_shape(part: Part) -> Panels:
     """The closed surface of a built-in shape; without a freeboard it ends above the water."""
     if part.cylinder is not None:
         shape = part.cylinder
         radii, heights = [shape.radius] * 2, [-shape.draft, _top(shape)]
         return _turned(radii, heights, part.cylinder)
+    if part.revolved is not None and part.revolved.hole is not None:
+        return whole_revolved(part.revolved, FACETS)
     if part.revolved is not None:
         radii, heights = map(list, zip(*part.revolved.profile, strict=True))
         return _turned(radii, heights, part.revolved)
     if part.box is not None:
-        return box_to(part.box, _top(part.box))
+        box, top = part.box, _top(part.box)  # six panels, which are exact
+        x, y = 0.5 * box.length, 0.5 * box.width
+        middle = np.array([box.center_x, box.center_y])
+        ring = middle + np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
+        corners = [np.column_stack([ring, np.full(4, z)]) for z in (-box.draft, top)]
+        sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
+        return Panels(np.concatenate(corners), np.array([[3, 2, 1, 0], [4, 5, 6, 7], *sides]))
     shape = getattr(part, part.kind)
     draw: Callable[..., Panels] = {
         "sphere": sphere_panels,
@@ -159,29 +156,14 @@ def _turned(radii: list[float], heights: list[float], shape: Placed) -> Panels:
     return shifted(turned(r[kept], z[kept], AROUND, volume, pivot=heights[0]), shape)
 
 
-def box_to(shape: Box, top: float) -> Panels:
-    """The closed surface of a box up to the height `top` [m]: six panels, which are exact."""
-    x, y = 0.5 * shape.length, 0.5 * shape.width
-    middle = np.array([shape.center_x, shape.center_y])
-    ring = middle + np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
-    corners = [np.column_stack([ring, np.full(4, z)]) for z in (-shape.draft, top)]
-    sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
-    return Panels(np.concatenate(corners), np.array([[3, 2, 1, 0], [4, 5, 6, 7], *sides]))
-
-
-def whole_revolved(shape: Revolved, count: int, depth: float) -> Panels:
+def whole_revolved(shape: Revolved, count: int) -> Panels:
     """The closed surface of a body of revolution, of about `count` panels.
 
-    It is drawn lower by `depth` [m], below the water, where none of it is cut off, and lifted.
+    It is drawn below the water, where none of it is cut off, and lifted.
     """
+    depth = shape.profile[-1][1] + 1.0
     profile = tuple((radius, z - depth) for radius, z in shape.profile)
     return raised(revolved_panels(shape.model_copy(update={"profile": profile}), count), depth)
-
-
-def upright(shape: Cylinder, top: float) -> Revolved:
-    """A cylinder up to the height `top` [m], as a body of revolution."""
-    profile = ((shape.radius, -shape.draft), (shape.radius, top))
-    return Revolved(profile=profile, center_x=shape.center_x, center_y=shape.center_y)
 
 
 def raised(panels: Panels, height: float) -> Panels:

@@ -1,4 +1,4 @@
-"""Stability of a whole hull at any angle: pose at rest, righting arms at constant displacement.
+"""Stability of a whole hull at any angle: righting arms at constant displacement.
 
 The hull is cut by the still-water level exactly, panel by panel. With B the centre of buoyancy and
 G that of gravity, in axes with Z upwards, R = R_x(φ) for a heel φ:
@@ -12,7 +12,7 @@ the potential energy grows with φ. In pitch the hull is turned by a quarter abo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,18 +73,6 @@ def _crossing(p: np.ndarray, q: np.ndarray, h_p: np.ndarray, h_q: np.ndarray) ->
     return np.where(passes[:, None], lower + part[:, None] * (upper - lower), p)
 
 
-LEVEL = math.cos(math.radians(10.0))
-"""Upward part of the normal of a panel that is a deck."""
-FLAT = 0.2
-"""Of all that faces upwards, part that is level where there is a deck."""
-STEEPEST = math.radians(60.0)
-"""Trim beyond which a hull is not followed."""
-MOST_STEPS, LARGEST_STEP, AT_REST = 100, 0.2, 1e-10
-"""Of the search for rest: number, angle [rad], lever over the size of the hull."""
-UNSTABLE, NUDGE = 1e-6, 0.05
-"""Metacentric height over size that counts as 0; angle [rad] out of a pose that is unstable."""
-RESOLVED = 1e-4
-"""Of angles [rad] at which deck or openings go under."""
 HEEL, PITCH = "heel", "pitch"
 """Turns about the hull's x axis, and about its y axis."""
 
@@ -93,13 +81,12 @@ HEEL, PITCH = "heel", "pitch"
 class Afloat:
     """A hull in one pose: `hydrostatics` about its centre of gravity, Z up, in m.
 
-    `deck` and `opening` [m] are the heights above the water of the lowest point of the deck, and of
-    the lowest edge of an opening, nan without.
+    G is at the `height` [m] above the water; `opening` [m] is that of the lowest open edge, inf
+    without.
     """
 
     hydrostatics: Hydrostatics
     height: float
-    deck: float
     opening: float
 
 
@@ -107,15 +94,13 @@ class Afloat:
 class Curve:
     """Righting arms `arms` (n,) [m] at `angles` (n,) [rad] of heel or pitch.
 
-    There is no turn about the other axis. `deck` [rad] is the angle at which the
-    deck goes under, `flooded` [rad] that at which water enters an opening, where the curve ends;
-    nan if neither happens.
+    There is no turn about the other axis. At the angle `flooded` [rad] water has entered an
+    opening: the curve ends before; nan if that does not happen.
     """
 
     angles: np.ndarray
     arms: np.ndarray
-    deck: float
-    flooded: float
+    flooded: float = math.nan
 
 
 class WholeHull:
@@ -129,15 +114,9 @@ class WholeHull:
         triangles = panels.triangles - np.array(center)
         normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         sizes = np.linalg.norm(normals, axis=1)
-        level = normals[:, 2] > LEVEL * np.maximum(sizes, 1e-300)
-        dry = triangles[:, :, 2].min(axis=1) >= -center[2]
         edges = [e for e, sides in panels.edges().items() if len(sides) == 1]
         points = panels.vertices[np.unique(np.array(edges, dtype=int))]
-        deck = level & dry & (sizes > 0.0)
-        upward = normals[dry, 2]
-        flat = normals[deck, 2].sum() > FLAT * upward[upward > 0.0].sum()  # a ball has no deck
         self._triangles = triangles[sizes > 0.0]
-        self._deck = triangles[deck & flat].reshape(-1, 3)
         self._edges = points - np.array(center)
         whole = hydrostatics_of_triangles(self._triangles).volume
         if not edges and whole <= self.volume:
@@ -145,11 +124,6 @@ class WholeHull:
                 f"the hull sinks: it has {whole:.5g} m3, {self.volume:.5g} m3 are to be displaced",
                 "give more freeboard, or less mass",
             )
-
-    @property
-    def size(self) -> float:
-        """Largest extent [m]."""
-        return self.panels.size
 
     def afloat(self, rotation: np.ndarray) -> Afloat:
         """The hull turned about G by `rotation` (3, 3) [1], at the height of its displacement."""
@@ -162,68 +136,25 @@ class WholeHull:
 
         low, high = -float(turned[:, :, 2].max()), -float(turned[:, :, 2].min())
         height = float(
-            brentq(lambda h: lifted(h).volume - self.volume, low, high, xtol=1e-13 * self.size)
+            brentq(
+                lambda h: lifted(h).volume - self.volume, low, high, xtol=1e-13 * self.panels.size
+            )
         )
 
-        def lowest(points: np.ndarray) -> float:
-            """Height [m] above the water of the lowest of `points` (n, 3) [m]; nan of none."""
-            return float((points @ rotation[2]).min()) + height if len(points) else math.nan
-
-        return Afloat(lifted(height), height, lowest(self._deck), lowest(self._edges))
-
-    def at_rest(self) -> tuple[Afloat, np.ndarray] | None:
-        """The stable pose next to the reference pose, and its rotation (3, 3) [1].
-
-        None if there is none within 60 deg.
-        """
-        rotation = np.eye(3)
-        for _ in range(MOST_STEPS):
-            found = self.afloat(rotation)
-            x, y, _ = found.hydrostatics.center_of_buoyancy
-            values, vectors = np.linalg.eigh(_turning(found))
-            scale = self.volume * self.size
-            if math.hypot(x, y) < AT_REST * self.size:
-                if values[0] > -UNSTABLE * scale:
-                    return found, rotation
-                step = NUDGE * vectors[:, 0]
-            else:
-                # directions in which it is unstable are gone as well, with the moment
-                slopes = np.maximum(np.abs(values), UNSTABLE * scale)
-                step = vectors @ ((vectors.T @ (self.volume * np.array([y, -x]))) / slopes)
-                step *= min(1.0, LARGEST_STEP / float(np.linalg.norm(step)))
-            rotation = turn((step[0], step[1], 0.0)) @ rotation
-            if rotation[2, 2] < math.cos(STEEPEST):
-                return None
-        return None
+        open_at = (self._edges @ rotation[2]).min(initial=math.inf) + height
+        return Afloat(lifted(height), height, float(open_at))
 
     def arms(self, angles: Sequence[float], *, about: str = HEEL) -> Curve:
         """Righting arms at `angles` [rad] of heel, or of pitch; up to where an opening floods."""
         before = turn((0.0, 0.0, -0.5 * math.pi)) if about == PITCH else np.eye(3)
 
-        def pose(angle: float) -> Afloat:
-            return self.afloat(turn((angle, 0.0, 0.0)) @ before)
-
-        def first_below(of: Callable[[Afloat], float], last: float, angle: float) -> float:
-            """The angle [rad] between `last` and `angle` at which a height becomes negative."""
-            while abs(angle - last) > RESOLVED:
-                middle = 0.5 * (last + angle)
-                last, angle = (last, middle) if of(pose(middle)) < 0.0 else (middle, angle)
-            return 0.5 * (last + angle)
-
-        rows: list[tuple[float, float]] = []
-        deck = flooded = math.nan
-        last = 0.0
+        arms: list[float] = []
         for angle in angles:
-            found = pose(angle)
+            found = self.afloat(turn((angle, 0.0, 0.0)) @ before)
             if found.opening < 0.0:
-                flooded = first_below(lambda one: one.opening, last, angle)
-                break
-            if found.deck < 0.0 and math.isnan(deck):
-                deck = first_below(lambda one: one.deck, last, angle)
-            rows.append((angle, -found.hydrostatics.center_of_buoyancy[1]))
-            last = angle
-        table = np.array(rows).reshape(-1, 2).T
-        return Curve(table[0], table[1], deck, flooded)
+                return Curve(np.array(angles[: len(arms)]), np.array(arms), angle)
+            arms.append(-found.hydrostatics.center_of_buoyancy[1])
+        return Curve(np.array(angles), np.array(arms))
 
 
 def turn(vector: Sequence[float]) -> np.ndarray:
@@ -234,20 +165,3 @@ def turn(vector: Sequence[float]) -> np.ndarray:
     x, y, z = (v / angle for v in vector)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
-
-
-def heel_and_trim(rotation: np.ndarray) -> tuple[float, float]:
-    """φ and θ [rad] of R_z(ψ) R_y(θ) R_x(φ) = `rotation` (3, 3) [1]."""
-    return (
-        math.atan2(rotation[2, 1], rotation[2, 2]),
-        math.asin(min(1.0, max(-1.0, -float(rotation[2, 0])))),
-    )
-
-
-def _turning(found: Afloat) -> np.ndarray:
-    """Stiffness (2, 2) [m4] in roll and pitch about G over ρg, heave following freely."""
-    whole = found.hydrostatics.stiffness((0.0, 0.0, found.height), 1.0, 1.0)
-    heave, turns = whole[2, 2], whole[3:5, 3:5]
-    if heave > 0.0:
-        turns = turns - np.outer(whole[3:5, 2], whole[2, 3:5]) / heave
-    return 0.5 * (turns + turns.T)

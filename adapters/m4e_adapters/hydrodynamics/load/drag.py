@@ -50,18 +50,6 @@ class InWater:
         return x, y, self.z
 
 
-def bodies_in_moving_water(
-    coefficients: Coefficients, drag: Mapping[str, Drag], current: Current | None
-) -> tuple[InWater, ...]:
-    """The bodies that feel the water's velocity: all in a current, if they do not say otherwise."""
-    usual = "still" if current is None else "moving"
-    return tuple(
-        InWater(k, min(float(coefficients.places[k][2]), 0.0))
-        for k, body in enumerate(coefficients.bodies)
-        if (drag.get(body, Drag()).water or usual) == "moving"
-    )
-
-
 def record_water_velocity(
     recorder: Recorder,
     coefficients: Coefficients,

@@ -15,7 +15,6 @@ from m4e_adapters.hydrodynamics.heading import (
     Axes,
     Heading,
     Number,
-    record_filter,
     record_heading,
     reference_places,
 )
@@ -31,16 +30,14 @@ ANGLES = ", R = R_z(psi) R_y(theta) R_x(phi) from body to world axes"
 class Motions:
     """Of all bodies, displacement and velocity in the axes of the heading, in space `axes`.
 
-    `position` are the inputs, those of the plane relative to the reference pose.
-    `reference` are the axes of the heading in the reference pose, in space,
-    `places` the reference places (x, y) [m] of the bodies there, in world axes.
+    `position` are the inputs, those of the plane relative to the reference pose. In space `places`
+    are the reference places (x, y) [m] of the bodies, in world axes.
     """
 
     displacement: Vector
     velocity: Vector
     position: Vector
     axes: Axes | None = None
-    reference: Axes | None = None
     places: Sequence[tuple[Number, Number]] = ()
 
     def offsets(self, coefficients: Coefficients) -> list[tuple[Number, Number]]:
@@ -57,12 +54,11 @@ def record_motions(recorder: Recorder, coefficients: Coefficients, heading: Head
     if coefficients.dimensions == 2:
         position, velocity = _record_inputs(recorder, coefficients, heading)
         return Motions(position, velocity, position)
-    reference, axes = record_heading(recorder, heading)
+    axes = record_heading(recorder, heading)
     position, velocity = _record_inputs(recorder, coefficients, heading)
-    record_filter(recorder, heading, axes, position[YAW_PLACE])
-    places = reference_places(coefficients.centers, reference)
+    places = reference_places(coefficients.centers, axes)
     displacement = _in_heading_axes(position, axes, places, coefficients.centers)
-    return Motions(displacement, axes.from_world(velocity), position, axes, reference, places)
+    return Motions(displacement, axes.from_world(velocity), position, axes, places)
 
 
 def _record_inputs(

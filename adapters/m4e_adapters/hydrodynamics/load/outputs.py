@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,6 @@ from m4e_fmi.program import Recorder, Scalar, Variable
 
 HEAVE, TURN = 0.5, math.radians(15.0)  # limits: mean drafts, rad
 OF_WAVE = 0.1  # of the wave length (at the peak): 36 deg of the phase
-OF_GAP = 0.25  # of the distance between bodies, whose waves feel it
 
 
 @dataclass(frozen=True)
@@ -29,22 +28,8 @@ class Range:
     reason: str = ""
 
 
-def motion_ranges(
-    coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]
-) -> dict[str, Range]:
-    """The ranges of body `k` by motion."""
-    reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
-    turn, drift = Range(-TURN, TURN, reason), _drift(coefficients, k, waves)
-    known = {"heave": _heave(coefficients, k), "surge": drift, "sway": drift}
-    return {m.name: known.get(m.name, turn) for m in coefficients.body_motions}
-
-
-def _drift(coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]) -> Range:
-    """The excitation is that at the reference place: a share of the shortest system's length.
-
-    In still water a share of the distance to the nearest of several bodies; one body may go
-    anywhere.
-    """
+def _drift(waves: Sequence[WaveSystem]) -> Range:
+    """The excitation is that at the reference place: a share of the shortest system's length."""
     if waves:
         length = min(system.length for system in waves)
         limit = OF_WAVE * length
@@ -53,16 +38,7 @@ def _drift(coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]) -> R
             f"length of {length:.4g} m"
         )
         return Range(-limit, limit, reason)
-    ways = np.delete(coefficients.places, k, axis=0) - coefficients.places[k]
-    distances = [math.hypot(x, y) for x, y, _ in ways.tolist()]
-    if not distances or min(distances) == 0.0:
-        return Range()
-    limit = OF_GAP * min(distances)
-    reason = (
-        f"bodies feel each other as in the reference pose, for motions within {OF_GAP:g} of their "
-        f"distance of {min(distances):.4g} m"
-    )
-    return Range(-limit, limit, reason)
+    return Range()
 
 
 def _heave(coefficients: Coefficients, k: int) -> Range:
@@ -105,9 +81,11 @@ def record_displacement(
     waves: Sequence[WaveSystem],
 ) -> None:
     """Outputs surge, heave, pitch, … from the reference pose, with the limits of small motions."""
-    limits = motion_ranges(coefficients, k, waves)
+    reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
+    turn, drift = Range(-TURN, TURN, reason), _drift(waves)
+    limits = {"heave": _heave(coefficients, k), "surge": drift, "sway": drift}
     for motion, value in zip(coefficients.body_motions, displacement, strict=True):
-        limit = limits[motion.name]
+        limit = limits.get(motion.name, turn)
         text = f"{motion.name} from the reference pose"
         if limit.reason:
             text += f"; {limit.reason}"
@@ -163,7 +141,7 @@ def record_outputs(
 
 
 def publish_added_mass(
-    publish: Callable[[Variable, Scalar | float], None],
+    recorder: Recorder,
     coefficients: Coefficients,
     matrix: np.ndarray,
     axes: Axes | None,
@@ -183,4 +161,4 @@ def publish_added_mass(
                 mass_unit(kinds[i], kinds[j]),
                 f"added mass at infinite frequency: {row} per acceleration in {column}",
             )
-            publish(variable, value)
+            recorder.calculate(variable, value)

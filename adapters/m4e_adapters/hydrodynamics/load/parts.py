@@ -29,27 +29,6 @@ def record_past(
         sums[1 - n % 2] = sums[1 - n % 2] + 2.0 * value
 
 
-def add_convolution(
-    force: list[Scalar | float],
-    past: Sequence[Scalar],
-    velocity: Scalar | float,
-    *,
-    group: ConvolutionGroup,
-    column: int,
-) -> None:
-    """Add to the forces on all motions what the past of the group's motion `column` makes."""
-    own = group.motions[column]
-    force[own] = force[own] - float(group.damping[column]) * velocity
-    for row, target in enumerate(group.motions):
-        weights = group.weights[:, row, column]
-        if not np.any(weights):
-            continue
-        total: Scalar | float = 0.0
-        for weight, value in zip(weights.tolist(), past, strict=True):
-            total = total + weight * value
-        force[target] = force[target] - total
-
-
 Vector = list[Scalar | float]
 
 SMALL = 1e-9  # relative to the largest: panels' noise
@@ -84,7 +63,15 @@ def record_memory(
             if isinstance(group, ConvolutionGroup):
                 past = [state(motion, "/s") for _ in range(group.order)]
                 record_past(recorder, past, v, duration=group.duration)
-                add_convolution(force, [x for _, x in past], v, group=group, column=column)
+                force[motion] = force[motion] - float(group.damping[column]) * v
+                for row, target in enumerate(group.motions):
+                    weights = group.weights[:, row, column]
+                    if not np.any(weights):
+                        continue
+                    total: Scalar | float = 0.0
+                    for weight, (_, value) in zip(weights.tolist(), past, strict=True):
+                        total = total + weight * value
+                    force[target] = force[target] - total
                 continue
             for pole, residue in zip(group.poles, group.residues, strict=True):
                 sigma, omega = float(pole.real), float(pole.imag)

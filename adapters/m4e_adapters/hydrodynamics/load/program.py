@@ -34,7 +34,7 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
 from m4e_adapters.hydrodynamics.load.drag import (
-    bodies_in_moving_water,
+    InWater,
     record_drag,
     record_water_velocity,
 )
@@ -101,15 +101,14 @@ def hydrodynamics_program(
     acting, given, drags = loads or Loads(), drift or {}, drag or {}
     _check_excitation(coefficients, acting)
     heading = heading or Heading()
-    turns = heading.filter_time is not None
     made = wave_systems(
         waves or (), depth=coefficients.depth, gravity=coefficients.gravity, folder=folder
     )
     systems = [
         own.within(float(coefficients.omega[0]), float(coefficients.omega[-1])) for own in made
     ]
-    drifts = matched_drifts(given, coefficients, systems, heading, progress)
-    directed = towards_each(coefficients, systems, heading=heading.angle, turns=turns)
+    drifts = matched_drifts(given, coefficients, systems, heading.angle, progress)
+    directed = towards_each(coefficients, systems, heading=heading.angle)
     of_single = bool(systems) and coefficients.of_single_directions
     if of_single or not all(isinstance(own, Directed) for own in drifts.values()):
         heading = replace(heading, fixed=True)
@@ -149,8 +148,7 @@ def hydrodynamics_program(
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, held)
     record_air_gaps(recorder, coefficients, moved, hulls.points, met.levels)
     if "radiation" in parts and memory is not None:
-        publish = recorder.output if turns else recorder.calculate
-        publish_added_mass(publish, coefficients, memory.added_mass_inf, moved.axes)
+        publish_added_mass(recorder, coefficients, memory.added_mass_inf, moved.axes)
     return recorder.program()
 
 
@@ -168,8 +166,12 @@ def _hulls(
     Where bodies are displaced, they meet the waves of where they have come to.
     """
     on_bodies = points_on_bodies(coefficients, points)
-    acts = loads.drag != "none"
-    in_water = bodies_in_moving_water(coefficients, drags, current) if acts else ()
+    usual = "still" if current is None else "moving"
+    in_water = [
+        InWater(k, min(float(coefficients.places[k][2]), 0.0))
+        for k, body in enumerate(coefficients.bodies if loads.drag != "none" else ())
+        if (drags.get(body, Drag()).water or usual) == "moving"
+    ]
     offsets = moved.offsets(coefficients) if loads.displaced else []
     return HullsInSea(
         directed,
@@ -177,8 +179,8 @@ def _hulls(
         places=moved.places,
         points=on_bodies,
         in_water=in_water,
-        gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
-        waters=[body.place(coefficients, moved.reference, offsets) for body in in_water],
+        gauges=[point.place(coefficients, moved.axes) for point in on_bodies],
+        waters=[body.place(coefficients, moved.axes, offsets) for body in in_water],
         offsets=offsets,
     )
 

@@ -90,24 +90,23 @@ def convolved_group(
     """The convolution of one group, from the data that agree best with causality.
 
     `signal` (n, n), booleans: pairs of motions that count. `sound` (nω,), booleans: frequencies
-    that count. These are all that matter, or those that the panels resolve, or that do not scatter.
+    that count. These are all that matter, or those that the panels resolve.
     """
-    reaches = [reach, reach.shorter(), reach.smooth(data, motions)]
     own, found, ends = list(motions), list[ConvolutionGroup](), list[float]()
-    for k, limits in enumerate(reaches):
+    for limits in (reach, reach.shorter()):
         end = float(limits.fitted[own].max())  # one for all: B of others is small there, not wrong
         if end in ends:
             continue
         ends.append(end)
         limits = replace(limits, fitted=np.full_like(limits.fitted, end))
         values = GroupData(data, motions, signal, sound, limits)
-        found.append(_convolved(values, scattered=k == 2))
+        found.append(_convolved(values))
         if not found[-1].misfit.is_poor and found[-1].change == 0:
             return found[-1]
     return min(found, key=lambda group: group.misfit.demerit)
 
 
-def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
+def _convolved(values: GroupData) -> ConvolutionGroup:
     kernel = Kernel.of(values)
     highest = BEYOND * float(values.ends.max())
     omega = np.linspace(0.0, highest, SHOWN + 1)
@@ -131,7 +130,6 @@ def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
         resolved=values.resolved,
         ends=values.ends,
         doubtful=values.doubtful,
-        scattered=scattered,
         kernel=kernel,
         duration=duration,
         weights=weights,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, dataclass
 from importlib.metadata import version
 from typing import Any
 
@@ -64,7 +64,6 @@ class MemoryGroup:
     resolved : (m,) frequencies [rad/s] up to which `misfit` has the error of the damping.
     ends : (m,) the last frequencies [rad/s] that were used.
     doubtful : angular frequencies [rad/s] that were left out as outliers.
-    scattered : True if data above `resolved` were left out because they scatter.
     """
 
     motions: tuple[int, ...]
@@ -75,7 +74,6 @@ class MemoryGroup:
     resolved: np.ndarray
     ends: np.ndarray
     doubtful: tuple[float, ...] = ()
-    scattered: bool = False
 
     @property
     def error(self) -> float:
@@ -197,7 +195,8 @@ class GroupData:
         """The `fit` in SI units, with its errors."""
         residues = self._full(fit.residues.T) * self.scale
         surplus = self._full(fit.offset) * self.scale
-        misfits = self.misfits(fit.poles, residues, surplus)
+        found = evaluate(self.omega, fit.poles, residues.transpose(1, 2, 0)).transpose(2, 0, 1)
+        misfits = self.misfits_of(found, surplus)
         return RadiationGroup(
             motions=self.motions,
             poles=fit.poles,
@@ -211,20 +210,11 @@ class GroupData:
             doubtful=self.doubtful,
         )
 
-    def misfits(
-        self, poles: Complex, residues: Complex, surplus: np.ndarray
-    ) -> tuple[Misfit, Misfit]:
-        """Errors of any fit where the panels resolve the waves, and at all frequencies.
-
-        `poles` (k,) [1/s], `residues` (k, m, m) and `surplus` (m, m), SI, as of a RadiationGroup.
-        """
-        found = evaluate(self.omega, poles, residues.transpose(1, 2, 0)).transpose(2, 0, 1)
-        return self.misfits_of(found, surplus)
-
     def misfits_of(self, found: Complex, surplus: np.ndarray) -> tuple[Misfit, Misfit]:
-        """As `misfits`, of a memory K(jω) `found` (n, m, m) [N.s/m, N.s, N.m.s] at `omega`.
+        """Errors of a memory where the panels resolve the waves, and at all frequencies.
 
-        `surplus` (m, m) [kg, kg.m, kg.m2] is added to A∞.
+        K(jω) `found` (n, m, m) [N.s/m, N.s, N.m.s] at `omega`; `surplus` (m, m) [kg, kg.m, kg.m2]
+        is added to A∞.
         """
         mass = found.imag / self.omega[:, None, None] + surplus
         errors = found.real - self.damping, mass - self.added_mass
@@ -278,9 +268,7 @@ def fit_group(
 
     `signal` (n, n), booleans: pairs of motions that count. `sound` (nω,), booleans: frequencies
     that count. The shorter data are used if the fit to all is poor or changes A∞, and if they give
-    a better one where the panels resolve the waves. If that is poor, too, data that scatter are
-    left out, provided that this makes a better fit there that is not poor. InputError if no
-    passive fit is found.
+    a better one where the panels resolve the waves. InputError if no passive fit is found.
     """
 
     def within(limits: Reach) -> GroupData:
@@ -293,26 +281,11 @@ def fit_group(
         other = _fitted(within(shorter), order)
         if found is None or (other is not None and other.misfit.demerit < found.misfit.demerit):
             found = other
-    if found is None or found.misfit.is_poor:
-        smooth = reach.smooth(data, motions)
-        if (smooth.fitted < shorter.fitted)[own].any():
-            values = within(smooth)
-            other = _fitted(values, order)
-            if other is not None and not other.misfit.is_poor and _is_better(other, found, values):
-                found = replace(other, scattered=True)
     if found is None:
         raise InputError.single(
             "no passive radiation memory was found", "use another radiation.order"
         )
     return found
-
-
-def _is_better(one: RadiationGroup, other: RadiationGroup | None, values: GroupData) -> bool:
-    """True if a fit to `values` is better there than another fit, of which there may be none."""
-    if other is None:
-        return True
-    misfit, _ = values.misfits(other.poles, other.residues, other.surplus)
-    return one.misfit.demerit < misfit.demerit
 
 
 def _fitted(values: GroupData, order: int | None) -> RadiationGroup | None:
@@ -398,7 +371,7 @@ def _packed(group: RadiationGroup) -> dict[str, np.ndarray]:
 
 
 def _unpacked(arrays: Mapping[str, np.ndarray]) -> RadiationGroup:
-    fields: dict[str, Any] = {**arrays, "scattered": bool(arrays["scattered"])}
+    fields: dict[str, Any] = dict(arrays)
     for name in ("motions", "doubtful"):
         fields[name] = tuple(arrays[name].tolist())
     for name in ("misfit", "misfit_of_all"):

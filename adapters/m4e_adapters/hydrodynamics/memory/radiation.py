@@ -11,9 +11,9 @@ residues are chosen among those that make the matrix passive at all frequencies.
 
 Of each motion the frequencies up to its `Coefficients.memory_limits` are used, and further, as far
 as the panels resolve the waves, while B is more than `reach.TAIL` of its largest. Beyond, values
-are small, and panel errors break the causality that ties B to A first. Where the fit is poor,
-the frequencies that the panels do not resolve, or at which data scatter, are left out altogether,
-and the tail follows from A∞ and causality; that is kept if it is better where the data are good.
+are small, and panel errors break the causality that ties B to A first. Where the fit is poor, the
+frequencies that the panels do not resolve are left out altogether, and the tail follows from A∞ and
+causality; that is kept if it is better where the data are good.
 
 Where A(ω) is not what A∞ and B say it should be, A∞ is the one that fits best.
 
@@ -77,7 +77,10 @@ def fit_radiation(
     data = soundness.symmetric(coefficients, below, progress)
     added_mass_inf = data.added_mass_inf.copy()
     groups, coupled = [], _coupled(data, signal)
-    _tell_of_silent_bodies(data, coupled, progress)
+    radiating = {motion // data.per_body for motions in coupled for motion in motions}
+    for k, name in enumerate(data.bodies):
+        if k not in radiating:
+            progress(f"body {name!r} has no radiation memory: it makes almost no waves")
     for motions in coupled:
         if convolution:
             group = convolved_group(data, motions, signal, sound, reach=reach)
@@ -88,7 +91,7 @@ def fit_radiation(
         text = _report(group, data)
         if group.error > USELESS:
             raise InputError.single(text, COARSE if convolution else REMEDY)
-        told = group.misfit.is_poor or group.scattered or group.change > LARGE_CHANGE
+        told = group.misfit.is_poor or group.change > LARGE_CHANGE
         remedy = COARSE if convolution else REMEDY
         progress(f"warning: {text}: {remedy}" if told else text)
         _tell_of_early_ends(group, data, progress)
@@ -96,16 +99,6 @@ def fit_radiation(
         groups.append(group)
     soundness.check_added_mass_inf(data, added_mass_inf)
     return RadiationMemory(tuple(groups), added_mass_inf)
-
-
-def _tell_of_silent_bodies(
-    data: Coefficients, groups: list[tuple[int, ...]], progress: Callable[[str], object]
-) -> None:
-    """Name the bodies none of whose motions has a memory."""
-    radiating = {motion // data.per_body for motions in groups for motion in motions}
-    for k, name in enumerate(data.bodies):
-        if k not in radiating:
-            progress(f"body {name!r} has no radiation memory: it makes almost no waves")
 
 
 def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:
@@ -182,10 +175,7 @@ def _report(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str
         f"({data.motions[int(group.misfit.motion)]} at {group.misfit.omega:.3g} rad/s)"
     )
     ends = np.minimum(data.memory_limits[list(group.motions)], data.omega[-1])
-    if group.scattered:
-        text += f" up to {group.resolved.min():.3g} rad/s; data above scatter and are left out"
-        text += _beyond(group, data)
-    elif (group.resolved < ends).any():
+    if (group.resolved < ends).any():
         text += f" where the panels resolve the waves, up to {group.resolved.min():.3g} rad/s"
         text += _beyond(group, data)
     if group.doubtful:

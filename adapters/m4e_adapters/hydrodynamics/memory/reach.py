@@ -1,7 +1,7 @@
 """Frequencies that a radiation memory is fitted to, and those that its errors refer to.
 
-Where panels are too coarse for the waves, or data of others scatter, they break the causality that
-ties damping to added mass: such data help a fit only as long as it can follow them.
+Where panels are too coarse for the waves, they break the causality that ties damping to added mass:
+such data help a fit only as long as it can follow them.
 """
 
 from __future__ import annotations
@@ -48,15 +48,6 @@ class Reach:
         """Without the data that the panels do not resolve."""
         fitted = np.where(self.resolved < self.limits, self.resolved, self.fitted)
         return replace(self, fitted=fitted)
-
-    def smooth(self, data: Coefficients, motions: tuple[int, ...]) -> Reach:
-        """Each of these motions without the high frequencies at which its own data scatter."""
-        own, ends = data.retardation, np.full_like(self.limits, math.inf)
-        for k in motions:
-            below = data.omega <= self.fitted[k]
-            ends[k] = soundness.smooth_to(data.omega[below], own[below, k, k])
-        resolved = np.minimum(self.resolved, np.maximum(ends, COARSEST * self.limits))
-        return replace(self, resolved=resolved).shorter()
 
 
 def check_counts(data: Coefficients, reach: Reach) -> None:

@@ -25,12 +25,11 @@ SMOOTH = 2e-3  # least median, relative to the largest value of each motion
 STANDS_OUT = 4.0  # likewise, in the largest distance of the neighbours from the line without it
 RUN = 2  # neighbouring frequencies that are off the line together
 FEWEST = 8  # frequencies of which a line is known, and a memory
-SCATTER = 0.01  # distance from the line, over the largest real part, of data that scatter
 MEANT = 2.0
 SHOWN = 4  # frequencies in a message
 REMEDY = (
-    "look at the panels there: a finer mesh, a lid against irregular frequencies, a wider gap or a "
-    "lid with damping in it, or a lower frequencies.maximum"
+    "look at the panels there: a finer mesh, a lid against irregular frequencies, a wider gap, or "
+    "a lower frequencies.maximum"
 )
 
 
@@ -167,25 +166,6 @@ def on_the_line(omega: np.ndarray, responses: Complex, known: np.ndarray) -> np.
             break
         trusted[run] = False
     return trusted
-
-
-def smooth_to(omega: np.ndarray, response: Complex) -> float:
-    """Frequency [rad/s] above which half of a response or more scatters, inf if none does.
-
-    `omega` (n,) [rad/s], `response` (n,) in any unit.
-
-    Scatter is a distance from the line above SCATTER of the largest real part, and is not known of
-    less than 2 FEWEST frequencies.
-    """
-    everything = np.arange(len(omega))
-    known = np.ones((1, len(omega)), dtype=bool)
-    distance = _distances(omega, response[None, :], known, places=everything, others=everything)
-    rough = distance[2:-2] > SCATTER * np.abs(response.real).max()
-    share = np.cumsum(rough[::-1]) / np.arange(1, len(rough) + 1)
-    most = np.flatnonzero((share >= 0.5) & rough[::-1])
-    if not len(most) or most[-1] + 1 < 2 * FEWEST:
-        return float("inf")
-    return float(omega[2:-2][::-1][most[-1]])
 
 
 def scatter(omega: np.ndarray, response: np.ndarray) -> float:

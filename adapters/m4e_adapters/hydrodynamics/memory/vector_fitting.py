@@ -49,7 +49,11 @@ class Samples:
 
 def fitted_poles(samples: Samples, *, order: int) -> Complex:
     """The common poles (k,) [1/s], Re < 0, pairs counting two; of each the one with Im > 0."""
-    poles = _starting_poles(samples.omega, order)
+    low, high = samples.omega[samples.omega > 0].min(), samples.omega.max()
+    imaginary = np.linspace(low, 0.8 * high, order // 2) if order > 1 else np.zeros(0)
+    poles = imaginary * (-0.2 + 1j)
+    if order % 2:
+        poles = np.concatenate([poles, [-0.5 * (low + high)]])
     for _ in range(ITERATIONS):
         poles = _relocated(samples, poles)
     return poles
@@ -67,13 +71,6 @@ def evaluate(omega: np.ndarray, poles: Complex, residues: Complex) -> Complex:
         if pole.imag > 0:
             result += residues[..., k, None].conj() / (s - pole.conj())
     return result
-
-
-def _starting_poles(omega: np.ndarray, order: int) -> Complex:
-    low, high = omega[omega > 0].min(), omega.max()
-    imaginary = np.linspace(low, 0.8 * high, order // 2) if order > 1 else np.zeros(0)
-    pairs = imaginary * (-0.2 + 1j)
-    return np.concatenate([pairs, [-0.5 * (low + high)]]) if order % 2 else pairs
 
 
 def basis(omega: np.ndarray, poles: Complex) -> Complex:

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Box, Shape, Sphere
+from m4e_adapters.hydrodynamics.config import Box, Revolved, Shape, Sphere
 from m4e_adapters.hydrodynamics.geometry.checks import Wrong, check_edges, check_shells, place
 from m4e_adapters.hydrodynamics.geometry.mesh_files import drawn_panels
-from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
 from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
-from m4e_adapters.hydrodynamics.geometry.solids import union_of, upright, whole_revolved
+from m4e_adapters.hydrodynamics.geometry.solids import union_of, whole_revolved
 from m4e_adapters.hydrodynamics.pressure.config import HullBody, HullPressureConfig
 from m4e_fmi.errors import InputError, Problem
 
@@ -63,7 +62,17 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
 
     try:
         _check_closed(panels, wrong)
-        _check_height(panels, wrong)
+        reach = 10.0 * RELATIVE_TOLERANCE * panels.size
+        low, high = panels.vertices[:, 2].min(), panels.vertices[:, 2].max()
+        if low >= -reach:
+            raise wrong(
+                f"the hull is above the water (lowest point at z = {low:.4g} m)",
+                "draw it in the reference pose (z = 0 is the still-water level, Z points up), or "
+                "say with mesh_origin where the origin of its mesh lies",
+            )
+        if abs(high) < reach:
+            text = "the hull ends at the still-water level: it has no part above the water"
+            raise wrong(text, TO_THE_DECK)
         check_shells(panels, wrong, lowered=panels.vertices[:, 2].max() + panels.size)
     except InputError as error:
         raise InputError([replace(p, file=file, keys=keys) for p in error.problems]) from None
@@ -73,10 +82,12 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
 def _drawn(shape: Shape, count: int) -> Panels:
     """The surface of a built-in shape; that of a sphere or box displaces its exact volume."""
     if shape.cylinder is not None:
-        whole = upright(shape.cylinder, shape.cylinder.freeboard or 0.0)
-        return whole_revolved(whole, count, whole.profile[-1][1] + 1.0)
+        one, top = shape.cylinder, shape.cylinder.freeboard or 0.0
+        profile = ((one.radius, -one.draft), (one.radius, top))
+        whole = Revolved(profile=profile, center_x=one.center_x, center_y=one.center_y)
+        return whole_revolved(whole, count)
     if shape.revolved is not None:
-        return whole_revolved(shape.revolved, count, shape.revolved.profile[-1][1] + 1.0)
+        return whole_revolved(shape.revolved, count)
     if shape.sphere is not None:
         return _sphere(shape.sphere, count)
     assert shape.box is not None
@@ -125,23 +136,3 @@ def _check_closed(panels: Panels, wrong: Wrong) -> None:
         f"{where}",
         f"close the holes, or join panels that do not share their vertices; {TO_THE_DECK}",
     )
-
-
-def _check_height(panels: Panels, wrong: Wrong) -> None:
-    reach = 10.0 * RELATIVE_TOLERANCE * panels.size
-    low, high = panels.vertices[:, 2].min(), panels.vertices[:, 2].max()
-    if low >= -reach:
-        raise wrong(
-            f"the hull is above the water (lowest point at z = {low:.4g} m)",
-            "draw it in the reference pose (z = 0 is the still-water level, Z points up), or say "
-            "with mesh_origin where the origin of its mesh lies",
-        )
-    if abs(high) < reach:
-        raise wrong(
-            "the hull ends at the still-water level: it has no part above the water", TO_THE_DECK
-        )
-
-
-def body_triangles(panels: Panels, center: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (nv, 3) [m] from `center` [m], and triangles (nt, 3) of them, none of them empty."""
-    return panels.vertices - np.array(point_in_space(center)), panels.triangle_faces

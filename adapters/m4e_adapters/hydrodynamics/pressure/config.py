@@ -10,7 +10,7 @@ from pydantic_core import ValidationError
 from m4e_adapters.hydrodynamics.config.component import misplaced, out_of_plane
 from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.config.sections import NAME, Water
-from m4e_adapters.hydrodynamics.config.shapes import Box, Cylinder, Part, Shape
+from m4e_adapters.hydrodynamics.config.shapes import Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, flow_problems
 from m4e_fmi.files.document import Section, rejected
 
@@ -34,40 +34,29 @@ class HullBody(Section):
 
     @model_validator(mode="after")
     def _of_its_shape(self) -> HullBody:
-        if self.shape.union is None:
-            _check_drawn(self.shape)
+        kind = self.shape.kind
+        if kind not in (*DRAWN, "union"):
+            raise rejected(
+                f"a {kind.replace('_', ' ')} is not drawn above the water",
+                f"give a mesh of the whole hull, or one of {', '.join(DRAWN[:-1])}",
+            )
+        if getattr(getattr(self.shape, kind), "top_z", 0.0):
+            raise rejected(
+                "'top_z' is of a submerged shape, which is not drawn here",
+                "give a mesh of the whole body, closed",
+            )
         for part in self.shape.parts:
-            _check_freeboard(part)
+            end = part.cylinder or part.box
+            if end is not None and end.freeboard is None and end.top_z == 0.0:
+                raise rejected(
+                    f"a {part.kind} needs a 'freeboard': its pressure is taken over the whole hull",
+                    "give the height [m] of its top above the still water: freeboard: 2.5",
+                )
         if self.shape.mesh is not None and "panels" in self.model_fields_set:
             raise rejected(
                 "'panels' has no effect on a mesh file", "remove it, or refine the mesh itself"
             )
         return self
-
-
-def _check_drawn(shape: Shape) -> None:
-    """The error of a shape that is drawn here in a union only."""
-    kind = shape.kind
-    if kind not in DRAWN:
-        raise rejected(
-            f"a {kind.replace('_', ' ')} is not drawn above the water",
-            f"give a mesh of the whole hull, or one of {', '.join(DRAWN[:-1])}",
-        )
-    if getattr(getattr(shape, kind), "top_z", 0.0):
-        raise rejected(
-            "'top_z' is of a submerged shape, which is not drawn here",
-            "give a mesh of the whole body, closed",
-        )
-
-
-def _check_freeboard(part: Part) -> None:
-    """The error of a box or cylinder whose end above the water is not known."""
-    drawn = getattr(part, part.kind)
-    if isinstance(drawn, Box | Cylinder) and drawn.freeboard is None and drawn.top_z == 0.0:
-        raise rejected(
-            f"a {part.kind} needs a 'freeboard': its pressure is taken over the whole hull",
-            "give the shape the height [m] of its top above the still water: freeboard: 2.5",
-        )
 
 
 class HullPressureConfig(Section):

@@ -115,12 +115,11 @@ def _mean(pairs: Sequence[Pair], weights: Sequence[float]) -> Pair:
 
 
 def towards_each(
-    coefficients: Coefficients, waves: Sequence[WaveSystem], *, heading: float, turns: bool
+    coefficients: Coefficients, waves: Sequence[WaveSystem], *, heading: float
 ) -> list[Coefficients]:
     """The coefficients with the excitation for each of the systems of `waves`.
 
-    `heading` [deg] is that of the hulls; it `turns` if it follows the yaw. InputError with all that
-    the excitation is not known for.
+    `heading` [deg] is that of the hulls. InputError with all that the excitation is not known for.
     """
     found, problems = list[Coefficients](), list[Problem]()
     for k, system in enumerate(waves):
@@ -134,10 +133,6 @@ def towards_each(
             found.append(coefficients.towards(system.direction - heading))
         except InputError as error:
             problems += [replace(p, keys=(*place, "direction")) for p in error.problems]
-    if waves and turns and coefficients.of_single_directions:
-        text = "the heading follows the yaw, but the coefficients are for single wave directions"
-        remedy = "remove heading_filter, or compute the excitation for directions all around"
-        problems.append(Problem(text, remedy, keys=("heading_filter",)))
     InputError.raise_for(problems)
     return found
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TypedDict
@@ -30,7 +30,6 @@ from m4e_adapters.hydrodynamics.seas.systems import (
     WaveSystem,
 )
 from m4e_adapters.hydrodynamics.seas.wave_files import (
-    Samples,
     read_components,
     read_density,
     read_record,
@@ -47,89 +46,6 @@ from m4e_adapters.hydrodynamics.seas.waves import (
     table_edges,
 )
 from m4e_fmi.errors import InputError, Problem
-
-LARGEST_MEAN = 0.05
-"""Mean over standard deviation that is no doubt."""
-NEAR, LARGEST_SHARE = 0.8, 1e-3
-"""Part of the highest frequency of a record; share of the energy above it that is no doubt."""
-SPIKE = 6.0
-"""Standard deviations from the mean beyond which a row is doubted: a crest of 1.5 Hs."""
-
-
-def record_doubts(name: str, record: Samples) -> Iterator[str]:
-    """Lines on what may be wrong with the record in the file `name`."""
-    values = record.elevation
-    mean, deviation = float(values.mean()), float(values.std())
-    if abs(mean) > LARGEST_MEAN * deviation:
-        yield (
-            f"the mean of {name}, {mean:.3g} m, is left out (its standard deviation is "
-            f"{deviation:.3g} m): z = 0 is the still-water level"
-        )
-    yield from _of_rows(name, record)
-    omega, amplitudes, _ = record_components(record)
-    energy = 0.5 * float(amplitudes @ amplitudes)
-    yield from _of_origin(name, record)
-    near = omega > NEAR * math.pi / record.interval
-    share = 0.5 * float(amplitudes[near] @ amplitudes[near]) / energy
-    if share > LARGEST_SHARE:
-        yield (
-            f"{name} has {100 * share:.2g} % of its energy in waves of less than 2.5 rows: away "
-            f"from its place about {100 * math.sqrt(share):.2g} % of the elevation is wrong: give "
-            "shorter steps, or filter it"
-        )
-
-
-def _of_rows(name: str, record: Samples) -> Iterator[str]:
-    """Lines on spikes, and on values that do not change for longer than a wave."""
-    values = record.elevation - record.elevation.mean()
-    deviations = np.abs(values) / values.std()
-    far = int(np.sum(deviations > SPIKE))
-    if far:
-        row = int(deviations.argmax())
-        rows = "a row" if far == 1 else f"{far} rows"
-        yield (
-            f"{name} has {rows} beyond {SPIKE:g} standard deviations, the farthest "
-            f"{record.elevation[row]:.4g} m at t = {_time(record, row):g} s: correct spikes, and "
-            "marks of missing values"
-        )
-    waves = int(np.sum((values[:-1] < 0.0) & (values[1:] >= 0.0)))
-    ends = np.flatnonzero(np.diff(values)) + 1  # first rows of other values
-    if waves and len(ends) > 1:
-        longest = int(np.diff(ends).argmax())
-        first, last = int(ends[longest]), int(ends[longest + 1]) - 1
-        if (last - first) * waves > len(values):
-            yield (
-                f"the elevation of {name} is {record.elevation[first]:.4g} m from t = "
-                f"{_time(record, first):g} to {_time(record, last):g} s, longer than a wave: if "
-                "values are missing there, give the part before or after them"
-            )
-
-
-def _of_origin(name: str, record: Samples) -> Iterator[str]:
-    """A line on the record's origin of time."""
-    start, length = record.start, len(record.elevation) * record.interval
-    if abs(start) > 0.5 * record.interval:
-        yield (
-            f"{name} begins at t = {start:g} s and repeats itself: at t = 0 s the sea is that of "
-            f"{-start % length:g} s after its first row: for runs from 0 s on, subtract {start:g} "
-            "from its times"
-        )
-
-
-def record_ends(name: str, record: Samples, *, lost: float) -> str:
-    """A line on the ends of the record, which take the share `lost` [1] of its energy."""
-    length = len(record.elevation) * record.interval
-    start, tapered = record.start, TAPERED * length
-    return (
-        f"{name} is {length:g} s long, repeats itself, and is tapered to 0 for {tapered:g} s at "
-        f"each end: that takes {100 * lost:.2g} % of its energy: for statistics of the measured "
-        f"sea, take t = {start + tapered:g} to {start + length - tapered:g} s"
-    )
-
-
-def _time(record: Samples, row: int) -> float:
-    return record.start + row * record.interval
-
 
 RAMP_PERIODS = 2.0  # default length of the ramp in (peak) periods
 REACH = 2.5  # peak frequencies up to which excitation is computed
@@ -329,8 +245,16 @@ def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
     omega, amplitudes, phases = record_components(record)
     energy = np.cumsum(amplitudes**2)
     middle = float(omega[np.searchsorted(energy, 0.5 * energy[-1])])
-    deviation = float(record.elevation.std())
+    deviation, mean = float(record.elevation.std()), float(record.elevation.mean())
     kept = 0.5 * float(energy[-1]) / deviation**2
+    length, start = len(record.elevation) * record.interval, record.start
+    tapered = TAPERED * length
+    note = (
+        f"{section.file} is {length:g} s long from t = {start:g} s on, repeats itself, is taken "
+        f"without its mean of {mean:.3g} m, and is tapered to 0 for {tapered:g} s at each end: "
+        f"that takes {100 * (1.0 - kept):.2g} % of its energy: for statistics of the measured sea, "
+        f"take t = {start + tapered:g} to {start + length - tapered:g} s"
+    )
     return FixedSea(
         **common,
         omega=omega,
@@ -344,6 +268,5 @@ def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
         tunable_phases=False,
         in_statistics=1.0 / math.sqrt(kept),
         place=(section.place[0], section.place[1] if len(section.place) > 1 else 0.0),
-        remarks=tuple(record_doubts(section.file, record)),
-        notes=(record_ends(section.file, record, lost=1.0 - kept),),
+        notes=(note,),
     )

@@ -11,7 +11,6 @@ import numpy as np
 from m4e_adapters.hydrodynamics.config import Water, Waves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import ELEVATION
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_fmi.report.animation.scene import Train
 from m4e_fmi.report.animation.scene import Water as ShownWater
@@ -21,20 +20,18 @@ def shown_water(
     water: Water, waves: Waves, *, folder: Path, values: Mapping[str, float]
 ) -> ShownWater:
     """The `water` with its `waves`, whose files are in `folder`, for `values` of parameters."""
-    systems = wave_systems(waves, depth=water.depth, gravity=water.gravity, folder=folder)
-    return ShownWater(water.depth, tuple(_train(one, values) for one in systems), ELEVATION)
+    trains = []
+    for one in wave_systems(waves, depth=water.depth, gravity=water.gravity, folder=folder):
+        omega, amplitude, direction = one.known(values)
+        number = wavenumber(omega, depth=one.depth, gravity=one.gravity)
+        ramp = one.ramp_time
+        if ramp:  # else there is no such parameter
+            ramp = values.get(f"{one.name}.ramp_time", ramp)
+        phase, way = one.known_phases(values), np.broadcast_to(direction, omega.shape)
+        trains.append(Train(omega, number, amplitude, phase, way, ramp))
+    return ShownWater(water.depth, tuple(trains), ELEVATION)
 
 
 def floor_of(water: Water) -> float | None:
     """z [m] of the sea bed; None in deep water."""
     return None if math.isinf(water.depth) else -water.depth
-
-
-def _train(system: WaveSystem, values: Mapping[str, float]) -> Train:
-    omega, amplitude, direction = system.known(values)
-    number = wavenumber(omega, depth=system.depth, gravity=system.gravity)
-    ramp = system.ramp_time
-    if ramp:  # else there is no such parameter
-        ramp = values.get(f"{system.name}.ramp_time", ramp)
-    phase = system.known_phases(values)
-    return Train(omega, number, amplitude, phase, np.broadcast_to(direction, omega.shape), ramp)

@@ -86,7 +86,7 @@ class WaveSystem(ABC):
     needed : frequency [rad/s] up to which the waves need computed excitation; `reach` in words.
     regular : True if it is one wave. `apart`: each component is judged as a regular wave.
     in_statistics : amplitudes that statistics are of over those that a run has [1].
-    remarks, notes : doubts about a file, and what is done with it.
+    notes : what is done with a file.
     """
 
     name: str
@@ -105,7 +105,6 @@ class WaveSystem(ABC):
     apart: bool = False
     tunable_phases: bool = True
     in_statistics: float = 1.0
-    remarks: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     fixed: bool = False
 
@@ -127,11 +126,11 @@ class WaveSystem(ABC):
         return 2 * math.pi / float(k)
 
     def doubts(self, values: Mapping[str, float]) -> list[str]:
-        """`remarks`, and lines on waves that break, or are too steep, for `values` by name."""
+        """Lines on waves that break, or are too steep, for `values` by name."""
         water = {"depth": self.depth, "gravity": self.gravity}
         one = self.regular or self.apart
         found = [wave_doubts(h, t, regular=one, **water) for h, t in self.judged(values)]
-        return [*self.remarks, *chain.from_iterable(found)]
+        return [*chain.from_iterable(found)]
 
     def within(self, low: float, high: float) -> WaveSystem:
         """The system where forces are known from `low` to `high` [rad/s] only."""

@@ -22,8 +22,11 @@ from m4e_fmi.files.csv_columns import Columns, column_names, read_columns, short
 FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
 UNEVEN = 2e-3  # of a step: difference of a time from equal steps that is none
-GAP = 1.5  # steps
 FILL = "fill it, or give the part before or after it"
+STEPS = (
+    "sort the rows; fill gaps, or give the part before or after them; interpolate to equal steps, "
+    "and write enough digits"
+)
 UNITS = {
     "time": "s",
     "elevation": "m",
@@ -131,28 +134,21 @@ def read_record(section: Record, folder: Path) -> Samples:
 
 
 def _of_times(time: np.ndarray) -> Iterator[tuple[int, str, str]]:
-    """Index, fault and remedy of the rows whose times are not in equal steps upwards."""
+    """Index, fault and remedy of the first row whose time is not in equal steps upwards."""
     steps = np.diff(time)
     if not len(steps):
         return
-    for row in np.flatnonzero(steps <= 0).tolist():
-        text = f"time {time[row + 1]:g} s is not after {time[row]:g} s"
-        yield row + 1, text, "sort the rows; each time stands once"
-    if (steps <= 0).any():
-        return
     usual = float(np.median(steps))
-    gaps = np.flatnonzero(steps > GAP * usual).tolist()
-    for row in gaps:
-        text = f"a gap of {steps[row]:g} s, between rows {usual:g} s apart"
-        yield row + 1, text, FILL
-    if gaps:
-        return
     even = time[0] + (time[-1] - time[0]) / len(steps) * np.arange(len(time))
-    away = np.abs(time - even)
-    if away.max() > UNEVEN * usual:
-        row = int(away.argmax())
-        text = f"times are not in equal steps: {time[row]:.9g} s, expected {even[row]:.9g} s"
-        yield row, text, "interpolate the record to equal steps, and write enough digits"
+    for faults, right in (
+        (~(np.abs(steps - usual) < 0.5 * usual), time[:-1] + usual),  # gaps, and times not sorted
+        (np.abs(time - even)[1:] > UNEVEN * usual, even[1:]),
+    ):
+        if faults.any():
+            row = int(np.argmax(faults))
+            text = f"times are not in equal steps: {time[row + 1]:.9g} s, expected "
+            yield row + 1, f"{text}{right[row]:.9g} s", STEPS
+            return
 
 
 def _check(

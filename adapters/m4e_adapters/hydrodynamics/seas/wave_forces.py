@@ -27,7 +27,7 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
-from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves, Triple
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
 from m4e_fmi.program import Recorder, Variable
 
 
@@ -111,7 +111,11 @@ class HullWaves(SystemWaves):
         levels = [recorder.input(Variable(name, "m", text)) for name in self._elevations]
         text = "velocity of the water in waves at the reference place of the body, world frame"
         given = [recorder.input(Variable(name, "m/s", text)) for name in self._velocities]
-        return RecordedSea(forces, levels=tuple(levels), velocities=_triples(coefficients, given))
+        if coefficients.dimensions == 2:
+            triples = [(x, 0.0, z) for x, z in zip(given[::2], given[1::2], strict=True)]
+        else:
+            triples = [*zip(given[::3], given[1::3], given[2::3], strict=True)]
+        return RecordedSea(forces, levels=tuple(levels), velocities=tuple(triples))
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
@@ -126,16 +130,26 @@ class HullWaves(SystemWaves):
         if c.dimensions == 3:
             reference = Axes.at(values["heading"])
             places = reference_places(c.centers, reference)
-            heading = values["heading"] + values.get("heading_change", 0.0)
+            heading = values["heading"]
         forces = np.zeros((len(omega), len(c.motions)), dtype=complex)
+        number = wavenumber(omega, depth=c.depth, gravity=c.gravity)
         for own, known in _directed(c, directions, heading):
-            waves = _of_numbers(c, omega[own], directions[own])
+            count = int(own.sum())
+            mean = float(directions[own][0]) if count else 0.0
+            waves = RecordedWaves(
+                omega=omega[own].tolist(),
+                number=number[own].tolist(),
+                amplitude=[1.0] * count,
+                phase=[0.0] * count,
+                direction=mean,
+                offsets=directions[own] - mean,
+                ramp=1.0,
+            )
             found = excitation_of(known, waves, heading=heading, places=places)
             table = np.array(found, dtype=float)
             forces[own] = table[..., 0] + 1j * table[..., 1]
         ways = np.array([point.place(c, reference) for point in self.points], dtype=float)
         along = np.stack([np.cos(directions), np.sin(directions)])
-        number = wavenumber(omega, depth=c.depth, gravity=c.gravity)
         elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
         columns = [np.ones((len(omega), 1)), forces, elevations]
         for body in self.in_water:
@@ -145,13 +159,6 @@ class HullWaves(SystemWaves):
             )
             columns.append(flow if c.dimensions == 3 else flow[:, [0, 2]])
         return np.concatenate(columns, axis=1)
-
-
-def _triples(coefficients: Coefficients, given: Sequence[Number]) -> tuple[Triple, ...]:
-    """Velocities (x, y, z) of components that are those of the plane or of space."""
-    if coefficients.dimensions == 2:
-        return tuple((x, 0.0, z) for x, z in zip(given[::2], given[1::2], strict=True))
-    return tuple(zip(given[::3], given[1::3], given[2::3], strict=True))
 
 
 def _directed(
@@ -164,21 +171,3 @@ def _directed(
     for direction in np.unique(directions).tolist():
         known = coefficients.towards(math.degrees(direction - heading))
         yield directions == direction, known
-
-
-def _of_numbers(
-    coefficients: Coefficients, omega: np.ndarray, directions: np.ndarray
-) -> RecordedWaves:
-    """Waves of amplitude 1 m."""
-    count = len(omega)
-    number = wavenumber(omega, depth=coefficients.depth, gravity=coefficients.gravity)
-    mean = float(directions[0]) if count else 0.0
-    return RecordedWaves(
-        omega=omega.tolist(),
-        number=number.tolist(),
-        amplitude=[1.0] * count,
-        phase=[0.0] * count,
-        direction=mean,
-        offsets=directions - mean,
-        ramp=1.0,
-    )

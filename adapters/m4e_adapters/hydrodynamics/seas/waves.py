@@ -193,7 +193,9 @@ def record_components(record: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarr
     1e-8 of the energy is left out.
     """
     count = len(record.elevation)
-    window = _window(count)
+    place = (np.arange(count) + 0.5) / count
+    inward = np.minimum(np.minimum(place, 1.0 - place) / TAPERED, 1.0)
+    window = 0.5 - 0.5 * np.cos(math.pi * inward)
     level = float(window @ record.elevation / window.sum())
     found = np.fft.rfft(window * (record.elevation - level))[1:]
     amplitude = 2.0 * np.abs(found) / count
@@ -205,10 +207,3 @@ def record_components(record: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarr
     energy = np.cumsum(amplitude[order] ** 2)
     kept = np.sort(order[np.searchsorted(energy, NEGLIGIBLE * energy[-1]) :])
     return omega[kept], amplitude[kept], phase[kept]
-
-
-def _window(count: int) -> np.ndarray:
-    """1 in the middle, falling to 0 within `TAPERED` of each end, (count,)."""
-    place = (np.arange(count) + 0.5) / count
-    inward = np.minimum(np.minimum(place, 1.0 - place) / TAPERED, 1.0)
-    return 0.5 - 0.5 * np.cos(math.pi * inward)

@@ -1,15 +1,16 @@
-"""Seas that break, and hulls that capsize or have an absurd size, are told with both numbers."""
+"""What a build tells before it computes, and of a current that acts on nothing."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.hulls import configured, hulls
 
 from m4e_adapters.hydrodynamics import build
-from m4e_adapters.hydrodynamics.build import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 
@@ -23,24 +24,6 @@ def config(waves: str, *, depth: str = "deep", bodies: str = BODY) -> Hydrodynam
 
 def systems(given: HydrodynamicsConfig) -> tuple[WaveSystem, ...]:
     return wave_systems(given.waves, depth=given.water.depth, gravity=given.water.gravity)
-
-
-def test_hulls_of_absurd_size_are_told() -> None:
-    def sizes(waves: str, length: float, more: str = "") -> list[str]:
-        bodies = BODY.replace("length: 8", f"length: {length}") + more
-        given = config(waves, bodies=bodies)
-        return list(size_doubts(hulls(given), given, systems(given)))
-
-    tiny = "\n  tiny: {shape: {sphere: {radius: 0.05, center_x: 200}}, center_of_gravity: [200, 0]}"
-    assert sizes(STILL, 8) == []
-    assert sizes("spectrum: regular, height: 0.1, period: 2", 500) == []
-    for waves, length, more, said in (
-        (STILL, 5000, "", "measures 5000 m, hulls have 0.01 to 1000 m: lengths are in m"),
-        ("spectrum: regular, height: 0.01, period: 1", 200, "", "200 m, the waves are 1.561 m"),
-        (STILL, 150, tiny, "'float' measures 150 m, that of 'tiny' 0.1001 m"),
-    ):
-        (told,) = sizes(waves, length, more)
-        assert said in told
 
 
 def test_a_build_tells_doubts_and_hydrostatics_before_it_computes(
@@ -58,24 +41,13 @@ def test_a_build_tells_doubts_and_hydrostatics_before_it_computes(
     )
 
 
-@pytest.mark.parametrize(("place", "z"), [(0.0, 0.2), (50.0, 0.4)])
-def test_a_hull_that_capsizes_is_told(place: float, z: float) -> None:
-    """GM of a box: l²/(12 d) - d/2 - z_G = 16/9 - 3/2 - z_G, about the waterplane's middle."""
-    shape = f"{{box: {{length: 8, width: 6, draft: 3, center_x: {place}}}}}"
-    bodies = f"float: {{shape: {shape}, center_of_gravity: [{place}, {z}]}}"
-    given = config(STILL, bodies=bodies)
-    (made,) = hulls(given)
-    height = 16 / 9 - 1.5 - z
-    assert made.hydrostatics.metacentric_height(made.center) == pytest.approx(height)
-    told = list(stability_doubts([made], given.water))
-    assert len(told) == (height < 0)
-    for text in told:
-        assert f"(GM = {height:.3g} m)" in text
-        assert f"{1025 * 9.81 * 144 * height:.4g} N.m/rad" in text
-
-
 def test_a_current_that_acts_on_nothing_is_told() -> None:
     text = f"bodies: {{{BODY.replace('[0, -1]', '[0, -1], drag: {heave: 1}')}}}\n"
-    assert any(
-        "acts on nothing" in t for t in flow_doubts(configured(f"{text}current: {{speed: 1}}\n"))
-    )
+    told: list[str] = []
+    given = configured(f"{text}current: {{speed: 1}}\n")
+    still = build.coefficients_of(given, hulls(given), omega=np.array([1.0, 2.0]), solved=False)
+    build.program_of(
+        given, still, name="hydro", folder=Path(), memory=RadiationMemory((), still.added_mass_inf),
+        progress=told.append,
+    )  # fmt: skip
+    assert any("acts on nothing" in line for line in told)

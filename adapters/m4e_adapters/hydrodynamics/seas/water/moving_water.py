@@ -6,8 +6,8 @@ Travels inside FMUs: imports numpy and its neighbours that travel as well. World
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -31,26 +31,14 @@ def water_speed(waves: Components | None, current: np.ndarray) -> float:
     return 4.0 * math.sqrt(0.5 * float(np.sum(orbits**2))) + steady
 
 
-class ComponentCode(Protocol):
-    """A program that `system_seas.water_program` makes, in its plain-Python form."""
-
-    @property
-    def constants(self) -> Callable[..., list[float]]: ...
-
-    @property
-    def calculated(self) -> Callable[..., list[float]]: ...
-
-    @property
-    def outputs(self) -> Callable[..., list[float]]: ...
-
-
 class MovingWater:
     """Waves that grow with their ramps, and a current.
 
     Parameters
     ----------
     code
-        The components of the waves, their ramps and the current, as functions of the parameters.
+        The components of the waves, their ramps and the current, as functions of the parameters:
+        a program that `system_seas.water_program` makes, in its plain-Python form.
     counts
         How many components each system of waves has.
     current
@@ -65,7 +53,7 @@ class MovingWater:
 
     def __init__(
         self,
-        code: ComponentCode,
+        code: Any,
         *,
         counts: Sequence[int],
         current: bool,

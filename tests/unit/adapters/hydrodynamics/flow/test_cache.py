@@ -47,7 +47,7 @@ def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     def key(
         hulls: Any = (one,), water: Water = water, omega: float = omega, at: float = 0.0
     ) -> str:
-        content = bem._content(hulls, water, None)
+        content = bem._content(hulls, water)
         return cache.content_key({**content, "omega": omega, "directions": [at]})
 
     keys = [

@@ -61,12 +61,6 @@ def test_every_format_is_read_panel_by_panel(name: str, tmp_path: Path) -> None:
         assert water.center_of_buoyancy == pytest.approx(center, abs=1e-5)
 
 
-def test_the_example_of_gmshs_manual() -> None:
-    """Gmsh's reference manual, MSH file format: two squares side by side."""
-    found = read_mesh(Path(__file__).parents[4] / "data" / "hydrodynamics" / "gmsh_manual.msh")
-    np.testing.assert_array_equal(found.centers, [[0.5, 0.5, 0.0], [1.5, 0.5, 0.0]])
-
-
 @pytest.mark.parametrize("axes", [(0,), (1,), (0, 1)], ids=["ISX", "ISY", "ISX and ISY"])
 def test_halves_of_wamit_are_completed(axes: tuple[int, ...], tmp_path: Path) -> None:
     whole = cylinder_panels(Cylinder(radius=3.0, draft=2.0), 60)

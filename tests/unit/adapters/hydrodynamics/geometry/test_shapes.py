@@ -13,7 +13,7 @@ from m4e_adapters.hydrodynamics.config import Shape
 from m4e_adapters.hydrodynamics.geometry.checks import checked
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.stability_report import whole_shape
+from m4e_adapters.hydrodynamics.geometry.solids import drawn_shape
 
 
 def below(radius: float, height: float) -> float:
@@ -118,13 +118,13 @@ def test_the_length_of_a_lying_cylinder_is_along_its_axis() -> None:
         ({"sphere": {"radius": 2.0, "center_z": 0.7}}, 32 / 3 * PI, 1.3),
         ({"cylinder": {"radius": 2.0, "draft": 3.0, "freeboard": 1.0}}, 16 * PI, 3.0),
         ({"revolved": {"profile": [[3, -6], [1, -2], [1, 4]]}}, PI * (4 / 3 * 13 + 6), 6.0),
+        ({"revolved": {"profile": [[3, -6], [3, 4]], "hole": 2}}, PI * 5 * 10, 6.0),
     ],
 )
 def test_shapes_with_a_freeboard_are_closed(
     shape: dict[str, Any], volume: float, depth: float
 ) -> None:
-    panels = whole_shape(Shape.model_validate(shape), 600)
-    assert panels is not None
+    panels = drawn_shape(Shape.model_validate(shape))
     assert hydrostatics_of(panels).volume == pytest.approx(volume, rel=1e-9)
     # a ball is stretched to its volume
     assert -panels.vertices[:, 2].min() == pytest.approx(depth, abs=0.02)

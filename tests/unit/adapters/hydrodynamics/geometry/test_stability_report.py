@@ -41,8 +41,6 @@ def test_a_barge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     phi = math.radians(10)
     exact = math.sin(phi) * (4 + 0.5 * 6 * math.tan(phi) ** 2)
     assert float(at_10[1]) == pytest.approx(exact, rel=1e-4)
-    assert f"deck under at {math.degrees(math.atan(2 * 1.5 / 12)):.3g} deg" in said
-    assert "heave 0 m, heel 0 deg, trim 0 deg" in said
     assert said.count("righting arms GZ") == 1  # the spar has no freeboard
     assert "give a box or a cylinder a freeboard" in said
     moments = [row for row in rows if row[-1:] == ["kg.m2"]]

@@ -1,4 +1,4 @@
-"""Panels of damped lids in gaps; Capytaine's approximation of finite depth."""
+"""Capytaine's approximation of finite depth."""
 
 from __future__ import annotations
 
