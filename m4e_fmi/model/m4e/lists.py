@@ -45,8 +45,8 @@ def model_from_lists(
     `ForcesPointsSym` with `ForcesPointsNum`, or from `parameters` (a number, or with its unit).
     `ic` is [Q; QD] in the order of the children's numbers; what `parent_cg_to_joint` says of a
     floating body's place need not be said again. Coordinates X, Z of floating bodies are those of
-    the world, `Reference_frame_Origin` included. A `gVec` that differs between bodies becomes
-    vertical forces. Settings of the simulation (`tspan`, `TimeStep`, …) are not part of a model.
+    the world, `Reference_frame_Origin` included. Settings of the simulation (`tspan`, `TimeStep`,
+    …) are not part of a model.
     """
     mechanism = Mechanism(
         {key: plain(lists[key]) for key in KEYS if key in lists}, parameters or {}
@@ -125,12 +125,11 @@ def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[ModelFinding]]
     gravity, bodies, joints = mechanism.gravity(), mechanism.bodies(), mechanism.joints()
     forces = Forces(mechanism)
     points = forces.points()
-    loads = dict(forces.loads(points)) | mechanism.weights(bodies, gravity)
     fields = {
         "bodies": bodies,
         "joints": joints,
         "points": points,
-        "loads": loads,
+        "loads": dict(forces.loads(points)),
         "parameters": mechanism.symbols,
         "gravity": gravity,
         "tables": {},
