@@ -18,7 +18,6 @@ import m4e_fmi
 
 ADAPTER_GROUP = "m4e_fmi.adapters"
 KIND_GROUP = "m4e_fmi.fmus"
-OLDEST_GLIBC = (2, 32)  # what PythonFMU 0.7.0's Linux binary was linked against
 
 
 _NAME = re.compile(r"[\w.-]+")
@@ -118,21 +117,22 @@ def _compiler() -> Iterator[_Finding]:
 
 
 def _binaries() -> Iterator[_Finding]:
-    """Which platforms' binaries of our FMUs can be loaded by this machine."""
-    from m4e_fmi.fmu.export.python_fmu import BINARIES
+    """The binary of Python FMUs for this machine."""
+    import ctypes
 
-    here = _fmi_platform()
-    for name in BINARIES:
-        if name != here:
-            yield _Finding(
-                f"FMU binary {name}", True, f"packed into every FMU; runs on {name} only"
-            )
-            continue
-        problem = _load_problem(name)
-        yield _Finding(f"FMU binary {name}", not problem, problem or "loads in this process")
-    if here not in BINARIES:
-        text = f"no Python FMU runs on {here}: use {' or '.join(BINARIES)}"
-        yield _Finding(f"FMU binary {here}", False, text)
+    from m4e_fmi.fmu.export.python_fmu import BINARIES, binary_path
+
+    system = {"Linux": "linux", "Windows": "win", "Darwin": "darwin"}.get(platform.system(), "?")
+    here = f"{system}{'64' if sys.maxsize > 2**32 else '32'}"
+    detail = "loads in this process"
+    if good := here in BINARIES:
+        try:
+            ctypes.CDLL(str(binary_path(here)))
+        except OSError as error:
+            good, detail = False, f"{error}; pip install --force-reinstall pythonfmu==0.7.0"
+    else:
+        detail = f"no Python FMU runs on {here}: use {' or '.join(BINARIES)}"
+    yield _Finding(f"FMU binary {here}", good, detail)
 
 
 def _native() -> Iterator[_Finding]:
@@ -146,28 +146,6 @@ def _native() -> Iterator[_Finding]:
         names.append(f"{here}, compiled here")
     detail = f"for {'; '.join(names)}" if names else "none: install a C compiler, then they can be"
     yield _Finding("native FMUs", bool(names), detail, needed=False)
-
-
-def _fmi_platform() -> str:
-    system = {"Linux": "linux", "Windows": "win", "Darwin": "darwin"}.get(platform.system(), "?")
-    return f"{system}{'64' if sys.maxsize > 2**32 else '32'}"
-
-
-def _load_problem(name: str) -> str:
-    """Why the binary cannot be loaded here; empty if it can."""
-    import ctypes
-
-    from m4e_fmi.fmu.export.python_fmu import binary_path
-
-    if name.startswith("linux"):
-        library, release = platform.libc_ver()
-        if library == "glibc" and tuple(map(int, release.split("."))) < OLDEST_GLIBC:
-            return f"needs glibc {'.'.join(map(str, OLDEST_GLIBC))}, here is {release}"
-    try:
-        ctypes.CDLL(str(binary_path(name)))
-    except OSError as error:
-        return f"{error}; pip install --force-reinstall pythonfmu==0.7.0"
-    return ""
 
 
 def _temporary() -> Iterator[_Finding]:

@@ -37,7 +37,7 @@ from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.model.shapes import axis_without_direction, shape_findings, shape_place
 from m4e_fmi.model.table import TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
-from m4e_fmi.units import near_unit, parse_unit
+from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.model.findings import Elements
@@ -152,8 +152,7 @@ def _unit_findings(at: Location, unit: str) -> Iterator[ModelFinding]:
     try:
         parse_unit(unit)
     except ValueError as error:
-        near = near_unit(unit)
-        yield ModelFinding(at, str(error), f"did you mean {near!r}?" if near else UNITS)
+        yield ModelFinding(at, str(error), UNITS)
 
 
 def _name_findings(model: Elements) -> Iterator[ModelFinding]:

@@ -26,14 +26,6 @@ PARALLEL = 1e-9
 """Cosine of a right angle, and what a cosine is less than 1, that rounding can have made."""
 
 
-def joint_type_elsewhere(word: str) -> str:
-    """A remedy for a type of a joint that other programs have; "" for any other word."""
-    for name, joint_type in JOINT_TYPES[3].items():
-        if word.lower() in joint_type.other_names:
-            return f"did you mean {name!r}?"
-    return ""
-
-
 def joint_findings(
     at: Location, joint: Joint, names: Names, known: Known
 ) -> Iterator[ModelFinding]:
@@ -43,7 +35,7 @@ def joint_findings(
     yield from quantities(at, joint, known)
     types = JOINT_TYPES[known.dimensions]
     if joint.type not in types:
-        remedy = joint_type_elsewhere(joint.type) or suggestion(joint.type, types)
+        remedy = suggestion(joint.type, types, "types")
         message = f"unknown type {joint.type!r}"
         if joint.type in JOINT_TYPES[3]:
             message = f"a {joint.type} joint is one of space, and the model is planar"
@@ -56,7 +48,9 @@ def joint_findings(
     if types[joint.type].is_free:
         yield from _of_free(at, joint, types)
     yield from _axes(at, joint, types)
-    yield from _reaction_axes(at, joint, types[joint.type])
+    if joint.reaction_axes not in get_args(Axes):
+        remedy = suggestion(joint.reaction_axes, get_args(Axes))
+        yield ModelFinding((*at, "reaction_axes"), f"unknown axes {joint.reaction_axes!r}", remedy)
     yield from _coordinate(at, joint, types)
     for field in types[joint.type].vectors:
         if getattr(joint, field) is not None:
@@ -117,15 +111,6 @@ def _coordinate(
         if not names:
             message = "in space angles of joints are relative: there is no coordinate to choose"
         yield ModelFinding((*at, "coordinate"), message, "leave it out")
-
-
-def _reaction_axes(at: Location, joint: Joint, joint_type: JointType) -> Iterator[ModelFinding]:
-    if joint.reaction_axes not in get_args(Axes):
-        remedy = suggestion(joint.reaction_axes, get_args(Axes))
-        yield ModelFinding((*at, "reaction_axes"), f"unknown axes {joint.reaction_axes!r}", remedy)
-    elif joint.reaction_axes == "body" and joint_type.is_free:
-        message = f"a {joint.type} joint exerts nothing and has no reaction"
-        yield ModelFinding((*at, "reaction_axes"), message, "leave it out")
 
 
 def axis_findings(

@@ -64,17 +64,13 @@ class LoadChecks:
         """Complaint about a name like ``joint.hinge.q``; None if it is right."""
         kind, _, rest = name.partition(".")
         element, _, variable = rest.rpartition(".")
-        if kind == "load":
-            return f"{name!r} is not known here", "loads cannot depend on other loads"
         if kind not in self.motion or not element:
             remedy = "the motion is joint.<name>.q, body.<name>.vx, point.<name>.z and the like"
-            return f"{name!r} is not declared", self._with_kind(kind, rest) or remedy
+            return f"{name!r} is not declared", remedy
         group = {"body": "bodies", "point": "points", "joint": "joints"}[kind]
         declared = getattr(self.names, group)
         if element not in declared:
             return f"unknown {kind} {element!r} in {name!r}", suggestion(element, declared, group)
-        if variable in ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"):
-            return f"a load cannot depend on {name!r}", "nor on any other acceleration or reaction"
         if variable not in self.motion[kind]:
             return f"a {kind} has no {variable!r} here", f"known: {', '.join(self.motion[kind])}"
         joint = self.model.joints.get(element)
@@ -96,16 +92,6 @@ class LoadChecks:
             any(variable in (c.position, c.velocity) for c in coordinates)
             and not self.types[joint.type].is_free
         )
-
-    def _with_kind(self, element: str, variable: str) -> str:
-        """A remedy for ``hinge.q``, which lacks what `element` is."""
-        groups = {"joint": self.names.joints, "body": self.names.bodies, "point": self.names.points}
-        meant = [
-            f"{kind}.{element}.{variable}"
-            for kind, declared in groups.items()
-            if element in declared and variable in self.motion[kind]
-        ]
-        return f"did you mean {meant[0]!r}?" if meant else ""
 
     def _ends(self, at: Location, load: Any) -> Iterator[ModelFinding]:
         """The bodies, points or joint on which a load acts."""
@@ -152,11 +138,6 @@ class LoadChecks:
             return
         for index, end in enumerate(ends):
             place = (*at, field, index)
-            if field == "points" and end not in known and end in self.names.bodies | {GROUND}:
-                origin = "[0, 0]" if self.known.dimensions == 2 else "[0, 0, 0]"
-                remedy = f"add a point of it: {{body: {end}, at: {origin}}}"
-                yield ModelFinding(place, f"{end!r} is a body, not a point", remedy)
-                continue
             yield from reference(place, end, known, field)
         if ends[0] == ends[1]:
             yield ModelFinding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")

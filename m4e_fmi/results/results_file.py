@@ -18,7 +18,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -41,7 +41,7 @@ from m4e_fmi.results.row_file import (
     blocks_of_rows,
 )
 from m4e_fmi.results.series import Series, as_dataset, recorded_as
-from m4e_fmi.shown import Animated, Displayed, listing, span, views
+from m4e_fmi.shown import Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ class Results(Displayed):
         """
         return views().figure(self, names)
 
-    def animate(self) -> Animated:
+    def animate(self) -> Any:
         """The animation of a run; it is shown by a notebook, and written by its `save`.
 
         InputError for results without a scene.
