@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
@@ -15,16 +15,9 @@ from m4e_fmi.model.expression import (
     ExpressionError,
     UnknownFunctionError,
 )
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.units import TOO_LARGE, parse_quantity
-
-if TYPE_CHECKING:
-    from types import SimpleNamespace
-
-    from m4e_fmi.model.model import Model
-
-    Elements = Model | SimpleNamespace
-    """A model, or the groups of one that cannot be made, because some elements are wrong."""
 
 TIME = "t"
 SINGULAR = {"bodies": "body", "points": "point", "joints": "joint"}
@@ -50,7 +43,7 @@ class Names:
     tables: frozenset[str]
 
     @classmethod
-    def of(cls, model: Model | Mapping[str, object]) -> Names:
+    def of(cls, model: Groups | Mapping[str, object]) -> Names:
         """The names of a model, or of a model file's plain data."""
         groups = []
         for group in cls.__dataclass_fields__:

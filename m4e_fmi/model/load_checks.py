@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
@@ -20,10 +20,8 @@ from m4e_fmi.model.findings import (
     quantities,
     reference,
 )
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.loads import JointStop, Load, TensionStop
-
-if TYPE_CHECKING:
-    from m4e_fmi.model.findings import Elements
 
 MOTION = {
     2: {
@@ -43,7 +41,7 @@ MOTION = {
 class LoadChecks:
     """The checks of one model's loads; `model` needs its joints and loads only."""
 
-    def __init__(self, model: Elements, names: Names) -> None:
+    def __init__(self, model: Groups, names: Names) -> None:
         self.model = model
         self.names = names
         plain = names.parameters | names.tables | {TIME}

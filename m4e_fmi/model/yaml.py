@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, fields
 from functools import reduce
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
@@ -33,8 +32,9 @@ from m4e_fmi.model.elements import (
     Point,
 )
 from m4e_fmi.model.findings import ModelFinding, Names
+from m4e_fmi.model.groups import STANDARD_GRAVITY, Groups
 from m4e_fmi.model.loads import LOAD_TYPES, Load
-from m4e_fmi.model.model import STANDARD_GRAVITY, Model
+from m4e_fmi.model.model import Model
 from m4e_fmi.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
 from m4e_fmi.model.table import Table
 
@@ -188,6 +188,10 @@ class ModelSection(Section):
 
 def model_of(document: Document) -> Model:
     """The model in `document`; InputError with every problem found, placed in the file."""
+
+    def placed(finding: ModelFinding) -> Problem:
+        return document.problem(finding.location, finding.message, finding.remedy)
+
     section, problems = document.validate_as_far_as_possible(
         ModelSection, required={"name": "unnamed"}
     )
@@ -199,22 +203,19 @@ def model_of(document: Document) -> Model:
         groups = _elements(section, shapes)
         groups["tables"], unread_tables = _tables(section, document.path.parent)
         unread += unread_tables
-        problems += [document.problem(f.location, f.message, f.remedy) for f in unread]
-        namespace = SimpleNamespace(
-            gravity=section.gravity, dimensions=section.dimensions, **groups
+        problems += map(placed, unread)
+        model = Groups(
+            name=section.name,
+            description=section.description,
+            gravity=section.gravity,
+            dimensions=section.dimensions,
+            **groups,
         )
         complete = all(_is_whole(document, groups, group) for group in ("bodies", "joints"))
-        found = group_findings(namespace, names, complete=complete)
+        found = group_findings(model, names, complete=complete)
         if not found and not problems:
-            model = Model(
-                name=section.name,
-                description=section.description,
-                gravity=section.gravity,
-                dimensions=section.dimensions,
-                **groups,
-            )
-            return model.place_warnings(lambda f: document.problem(f.location, f.message, f.remedy))
-        problems += [document.problem(f.location, f.message, f.remedy) for f in found]
+            return Model(**vars(model)).place_warnings(placed)
+        problems += map(placed, found)
     raise InputError(problems)
 
 

@@ -18,7 +18,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
     from netCDF4 import Dataset, Variable
+
+    from m4e_fmi.notebook.views import Animation
 
 NETCDF, CSV = ".nc", ".csv"
 FORMAT = "m4e_fmi_format"
@@ -119,7 +121,7 @@ class Results(Displayed):
         """
         return views().figure(self, names)
 
-    def animate(self) -> Any:
+    def animate(self) -> Animation:
         """The animation of a run; it is shown by a notebook, and written by its `save`.
 
         InputError for results without a scene.

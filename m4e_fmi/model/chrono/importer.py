@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 from m4e_fmi.errors import InputError, Problem, is_file
 from m4e_fmi.files.document import Document
 from m4e_fmi.files.files_read import depends_on
@@ -19,6 +16,7 @@ from m4e_fmi.model.chrono.sections import (
 )
 from m4e_fmi.model.elements import identifier
 from m4e_fmi.model.findings import ModelFinding, Names
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.model import Model
 
 GRAVITY = (0.0, 0.0, -9.8)
@@ -49,27 +47,26 @@ def model_of_chrono(document: Document) -> Model:
     loads = Loads(mechanism)
     loads.convert()
     InputError.raise_for(dict.fromkeys(places.problems))
-    fields: dict[str, Any] = {
-        "name": identifier(section.name),
-        "description": f"Chrono model {section.name}",
-        "bodies": bodies,
-        "joints": joints,
-        "points": loads.points,
-        "loads": loads.loads,
-        "tables": loads.tables,
-        "gravity": gravity if any(gravity[:2]) else -gravity[2],
-        "dimensions": 3,
-        "parameters": {},
-    }
+    groups = Groups(
+        name=identifier(section.name),
+        description=f"Chrono model {section.name}",
+        bodies=bodies,
+        joints=joints,
+        points=loads.points,
+        loads=loads.loads,
+        tables=loads.tables,
+        gravity=gravity if any(gravity[:2]) else -gravity[2],
+        dimensions=3,
+    )
 
     def at_entry(finding: ModelFinding) -> Problem:
         message = f"{'.'.join(map(str, finding.location))}: {finding.message}"
         group, name, *_ = (*map(str, finding.location), "", "")
         return document.problem(places.of(group, name), message, finding.remedy)
 
-    found = group_findings(SimpleNamespace(**fields), Names.of(fields))
+    found = group_findings(groups, Names.of(groups))
     InputError.raise_for(map(at_entry, found))
-    return Model(**fields).place_warnings(at_entry)
+    return Model(**vars(groups)).place_warnings(at_entry)
 
 
 def _beside(document: Document) -> Document | None:

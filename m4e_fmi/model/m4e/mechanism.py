@@ -8,6 +8,7 @@ from functools import cached_property
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import FLOATING, PRISMATIC, REVOLUTE, JointType
 from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter
+from m4e_fmi.model.groups import STANDARD_GRAVITY
 from m4e_fmi.model.m4e.values import (
     NAN,
     Data,
@@ -20,7 +21,6 @@ from m4e_fmi.model.m4e.values import (
     is_whole,
     plus,
 )
-from m4e_fmi.model.model import STANDARD_GRAVITY
 
 ROWS = ("types", "parent_cg_to_joint", "joint_to_child_cg", "prismatic_direction")
 SYMBOLS = (("BodyDataSym", "BodyDataNum"), ("ForcesPointsSym", "ForcesPointsNum"))
@@ -40,10 +40,6 @@ class Mechanism(Lists):
         self.symbols = dict(self._symbols(parameters))
         self.rows = self._joint_rows()
         self.children = {child: row for row, (_, child) in self.rows.items()}
-
-    def body_names(self) -> list[str]:
-        """Names of the bodies, in the order of the list `joints`."""
-        return [f"body_{child}" for child in self.children]
 
     def _symbols(self, extra: Mapping[str, Parameter | float]) -> Iterator[tuple[str, Parameter]]:
         """Symbols with values; the time is none of them."""
