@@ -47,6 +47,12 @@ EQUATION_SYMBOL = re.compile(
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 TREE = ("child", "parent")
 """Keys of a joint that make the tree of bodies."""
+EFFECTS = {
+    "gravity": "lifts all bodies",
+    "damping": "drives the motion",
+    "stiffness": "pushes away from where it rests",
+}
+"""Effects of negative values."""
 UNITS = "write it like N.s/m or kg.m2"
 
 
@@ -270,10 +276,7 @@ def _inertia_findings(at: Location, entries: list[float]) -> Iterator[ModelFindi
     least, middle, most = np.linalg.eigvalsh([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     if not least > 0:
         message = f"principal moments of inertia must be positive, got {least:.6g}"
-        remedy = "check the signs of the products: Ixy is -∫ x y dm"
-        if not min(xx, yy, zz) > 0:
-            name = ("Ixx", "Iyy", "Izz")[(xx, yy, zz).index(min(xx, yy, zz))]
-            remedy = f"give a positive {name}: a thin rod has a small one about its axis, too"
+        remedy = "check the moments, and the signs of the products: Ixy is -∫ x y dm"
         yield ModelFinding(at, message, remedy)
     elif most > (least + middle) * (1 + PARALLEL):
         message = (
@@ -326,20 +329,10 @@ def doubts(model: Groups) -> Iterator[ModelFinding]:
     values = parameter_values(model.parameters)
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
-        is_gravity = at == ("gravity",)
-        if not (is_gravity or _bound(model, at) == "seldom negative"):
+        if at != ("gravity",) and _bound(model, at) != "seldom negative":
             continue
         if expression.names() <= values.keys() and (value := expression.evaluate(values)) < 0:
-            if is_gravity:
-                message = f"negative gravity, {value:.6g} m/s2: it lifts all bodies"
-                yield ModelFinding(
-                    at, message, f"give {-value:.6g}: what is positive acts along -Z"
-                )
-                continue
-            effect = (
-                "drives the motion" if at[-1] == "damping" else "pushes away from where it rests"
-            )
-            message = f"negative {at[-1]}, {value:.6g}: the load {effect}"
+            message = f"negative {at[-1]}, {value:.6g}: it {EFFECTS[str(at[-1])]}"
             yield ModelFinding(at, message, "change the sign if that is not meant")
 
 

@@ -128,18 +128,7 @@ def dimension_findings(
             continue
         got = units[expression.arguments[0]] if expression.kind == "name" else unit_text(found)
         message = f"{place}: {value} is in {got}, expected {unit}"
-        yield ModelFinding(at, message, _remedy(expression, unit, expected, known))
-
-
-def _remedy(
-    expression: Expression, unit: str, expected: Dimension, known: Mapping[str, Maybe]
-) -> str:
-    alike = [name for name, of in known.items() if of == expected]
-    if alike:
-        return f"did you mean {' or '.join(map(repr, alike[:3]))}, in {unit}?"
-    if expression.kind == "name":
-        return f"give {expression} a unit such as {unit}, or name another parameter"
-    return f"write an expression that is in {unit}"
+        yield ModelFinding(at, message, f"write an expression that is in {unit}")
 
 
 def expected_unit(model: Groups, at: Location) -> str:

@@ -11,9 +11,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import NEUTRAL, Quantity, is_origin
 from m4e_fmi.model.expression import (
     CONSTANTS,
-    FUNCTIONS,
     ExpressionError,
-    UnknownFunctionError,
 )
 from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.quantity import as_expression, quantities_of
@@ -170,7 +168,7 @@ def expressions(at: Location, value: Quantity, known: Known) -> Iterator[ModelFi
         expression = as_expression(value)
     except ExpressionError as error:
         where = f" (column {error.column} of {value!r})" if error.column else ""
-        yield ModelFinding(at, f"{error}{where}", _instead(value, error))
+        yield ModelFinding(at, f"{error}{where}", error.remedy or _instead(value))
         return
     for name in sorted(expression.names()):
         complaint = known.complaint(name)
@@ -178,13 +176,10 @@ def expressions(at: Location, value: Quantity, known: Known) -> Iterator[ModelFi
             yield ModelFinding(at, *complaint)
 
 
-def _instead(value: Quantity, error: ExpressionError) -> str:
-    """Remedy: what to write in place of `value`, which is no expression because of `error`."""
-    text = value if isinstance(value, str) else ""
-    if isinstance(error, UnknownFunctionError):
-        return suggestion(error.name.rpartition(".")[2], FUNCTIONS, "functions")
+def _instead(text: object) -> str:
+    """Remedy: what to write in place of `text`, which is no expression."""
     try:
-        given = parse_quantity(text)
+        given = parse_quantity(str(text))
     except ValueError:
         return "allowed: numbers without a unit, names, + - * / **, functions"
     if not (number := given.si_number):

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import ATTITUDE, JOINT_TYPES, TURNING
-from m4e_fmi.model.elements import GROUND, Axes, Joint
+from m4e_fmi.model.elements import GROUND, Axes
 from m4e_fmi.model.findings import (
     TIME,
     Complaint,
@@ -72,24 +72,14 @@ class LoadChecks:
         if variable not in self.motion[kind]:
             return f"a {kind} has no {variable!r} here", f"known: {', '.join(self.motion[kind])}"
         joint = self.model.joints.get(element)
-        if kind == "joint" and joint is not None and not self._has(joint, variable):
-            joint_type = self.types.get(joint.type)
-            efforts = joint_type.efforts.values() if joint_type else ()
-            names = ", ".join(name for c in efforts for name in (c.position, c.velocity))
-            remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
-            remedy = f"it has {names}" if names else remedy
-            return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
+        joint_type = self.types.get(joint.type) if kind == "joint" and joint else None
+        if joint and joint_type:
+            names = [name for c in joint_type.efforts.values() for name in (c.position, c.velocity)]
+            if variable not in names:
+                remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
+                remedy = f"it has {', '.join(names)}" if names else remedy
+                return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
         return None
-
-    def _has(self, joint: Joint, variable: str) -> bool:
-        """True of a joint of a known type with a coordinate, or its rate, of that name."""
-        if joint.type not in self.types:
-            return False
-        coordinates = self.types[joint.type].coordinates
-        return (
-            any(variable in (c.position, c.velocity) for c in coordinates)
-            and not self.types[joint.type].is_free
-        )
 
     def _ends(self, at: Location, load: Any) -> Iterator[ModelFinding]:
         """The bodies, points or joint on which a load acts."""
