@@ -9,11 +9,9 @@ The verbs and what they need are here, imported when they are first used:
 Packages, and the order in which they import each other: docs/architecture.md.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from m4e_fmi.lazy import lazy
-from m4e_fmi.shown import Views, connect_views
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import (
@@ -83,8 +81,6 @@ __all__ = [
     "wave_response",
     "write_report",
 ]
-
-connect_views(lambda: cast("Views", import_module("m4e_fmi.notebook")))
 
 _MODULES = {
     "analysis": (

@@ -12,13 +12,7 @@ import uuid
 from collections.abc import Collection, Iterable, Mapping
 from functools import cache
 from importlib.machinery import ModuleSpec
-from importlib.metadata import (
-    PackageNotFoundError,
-    distributions,
-    packages_distributions,
-    requires,
-    version,
-)
+from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -54,7 +48,10 @@ def imports_hash(sources: Iterable[bytes], own: Collection[str] = ()) -> str:
 
 
 def _of_modules(names: Iterable[str]) -> dict[str, str]:
-    """Content of local modules and of those that they import, versions of installed ones."""
+    """Content of local modules and of those that they import, versions of installed ones.
+
+    Of those whose distribution has another name, the content.
+    """
     parts: dict[str, str] = {}
     waiting = list(dict.fromkeys(names))
     for name in waiting:  # grows meanwhile
@@ -62,7 +59,7 @@ def _of_modules(names: Iterable[str]) -> dict[str, str]:
             parts[f"of {name}"] = package_hash(name)
             waiting += [other for other in _imports(name) if other not in waiting]
         else:
-            parts[f"version of {name}"] = _version_of_module(name)
+            parts[f"version of {name}"] = _version(name) or package_hash(name)
     return parts
 
 
@@ -157,26 +154,4 @@ def _version(distribution: str) -> str:
     try:
         return version(distribution)
     except PackageNotFoundError:
-        return "not installed"
-
-
-def _version_of_module(name: str) -> str:
-    found = _version(name)
-    if found != "not installed":
-        return found
-    return " ".join(map(_version, _distributions_with(name)))
-
-
-def _distributions_with(name: str) -> list[str]:
-    """Names of the distributions that install a top-level module."""
-    spec = _spec(name)
-    if spec is not None and spec.origin is None:  # a folder that many may install into
-        return list(_all_distributions().get(name, ()))
-    declared = (d for d in distributions() if name in (d.read_text("top_level.txt") or "").split())
-    return [d.name for d in declared] or list(_all_distributions().get(name, ()))
-
-
-@cache
-def _all_distributions() -> Mapping[str, list[str]]:
-    """Distributions by the top-level names that they install: half a second to find out."""
-    return packages_distributions()
+        return ""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import platform
 import re
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, requires, version
 from pathlib import Path
@@ -18,7 +17,6 @@ import m4e_fmi
 
 ADAPTER_GROUP = "m4e_fmi.adapters"
 KIND_GROUP = "m4e_fmi.fmus"
-OLDEST_GLIBC = (2, 32)  # what PythonFMU 0.7.0's Linux binary was linked against
 
 
 _NAME = re.compile(r"[\w.-]+")
@@ -43,7 +41,7 @@ def versions() -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class _Finding:
+class Finding:
     """One thing looked at. `needed` things that are not `ok` make the doctor's exit code 1."""
 
     what: str
@@ -52,12 +50,11 @@ class _Finding:
     needed: bool = True
 
 
-def examine() -> list[_Finding]:
+def examine() -> list[Finding]:
     """Everything the doctor looks at, in the order of a report."""
     return [
         *_python(),
         *_packages(),
-        *_compiler(),
         *_binaries(),
         *_native(),
         *_temporary(),
@@ -65,7 +62,7 @@ def examine() -> list[_Finding]:
     ]
 
 
-def report(findings: list[_Finding]) -> str:
+def report(findings: list[Finding]) -> str:
     """The findings as lines of text, one each."""
     width = max(len(f.what) for f in findings)
     mark = {True: "ok     ", False: "MISSING"}
@@ -78,24 +75,19 @@ def report(findings: list[_Finding]) -> str:
     return "\n".join([*lines, verdict])
 
 
-def as_json(findings: list[_Finding]) -> list[dict[str, bool | str]]:
-    """Findings as JSON values."""
-    return [asdict(f) for f in findings]
-
-
-def _python() -> Iterator[_Finding]:
+def _python() -> Iterator[Finding]:
     good = (3, 11) <= sys.version_info[:2] < (3, 14)
     text = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
-    yield _Finding("Python", good, text if good else f"{text}; install Python 3.11 to 3.13")
+    yield Finding("Python", good, text if good else f"{text}; install Python 3.11 to 3.13")
 
 
-def _packages() -> Iterator[_Finding]:
+def _packages() -> Iterator[Finding]:
     try:
         wanted = requires("m4e_fmi") or []
     except PackageNotFoundError:
-        yield _Finding("m4e_fmi", False, "not installed: pip install m4e_fmi, or make demo")
+        yield Finding("m4e_fmi", False, "not installed: pip install m4e_fmi, or make demo")
         return
-    yield _Finding("m4e_fmi", True, version("m4e_fmi"))
+    yield Finding("m4e_fmi", True, version("m4e_fmi"))
     from packaging.requirements import Requirement
 
     for requirement in map(Requirement, wanted):
@@ -104,38 +96,33 @@ def _packages() -> Iterator[_Finding]:
         try:
             installed = version(requirement.name)
         except PackageNotFoundError:
-            yield _Finding(requirement.name, False, f"pip install '{requirement}'")
+            yield Finding(requirement.name, False, f"pip install '{requirement}'")
             continue
         good = requirement.specifier.contains(installed)
         detail = installed if good else f"{installed}; pip install '{requirement}'"
-        yield _Finding(requirement.name, good, detail)
+        yield Finding(requirement.name, good, detail)
 
 
-def _compiler() -> Iterator[_Finding]:
-    found = next((c for c in ("cc", "gcc", "clang", "cl") if shutil.which(c)), None)
-    detail = str(shutil.which(found)) if found else "not needed to build or run FMUs"
-    yield _Finding("C compiler", found is not None, detail, needed=False)
+def _binaries() -> Iterator[Finding]:
+    """The binary of Python FMUs for this machine."""
+    import ctypes
+
+    from m4e_fmi.fmu.export.python_fmu import BINARIES, binary_path
+
+    system = {"Linux": "linux", "Windows": "win", "Darwin": "darwin"}.get(platform.system(), "?")
+    here = f"{system}{'64' if sys.maxsize > 2**32 else '32'}"
+    detail = "loads in this process"
+    if good := here in BINARIES:
+        try:
+            ctypes.CDLL(str(binary_path(here)))
+        except OSError as error:
+            good, detail = False, f"{error}; pip install --force-reinstall pythonfmu==0.7.0"
+    else:
+        detail = f"no Python FMU runs on {here}: use {' or '.join(BINARIES)}"
+    yield Finding(f"FMU binary {here}", good, detail)
 
 
-def _binaries() -> Iterator[_Finding]:
-    """Which platforms' binaries of our FMUs can be loaded by this machine."""
-    from m4e_fmi.fmu.export.python_fmu import BINARIES
-
-    here = _fmi_platform()
-    for name in BINARIES:
-        if name != here:
-            yield _Finding(
-                f"FMU binary {name}", True, f"packed into every FMU; runs on {name} only"
-            )
-            continue
-        problem = _load_problem(name)
-        yield _Finding(f"FMU binary {name}", not problem, problem or "loads in this process")
-    if here not in BINARIES:
-        text = f"no Python FMU runs on {here}: use {' or '.join(BINARIES)}"
-        yield _Finding(f"FMU binary {here}", False, text)
-
-
-def _native() -> Iterator[_Finding]:
+def _native() -> Iterator[Finding]:
     """Which platforms native FMUs are built for."""
     from m4e_fmi.runtime.compiler import compiler
     from m4e_fmi.runtime.platforms import packaged_platforms, this_platform
@@ -145,50 +132,28 @@ def _native() -> Iterator[_Finding]:
     if here not in names and compiler():
         names.append(f"{here}, compiled here")
     detail = f"for {'; '.join(names)}" if names else "none: install a C compiler, then they can be"
-    yield _Finding("native FMUs", bool(names), detail, needed=False)
+    yield Finding("native FMUs", bool(names), detail, needed=False)
 
 
-def _fmi_platform() -> str:
-    system = {"Linux": "linux", "Windows": "win", "Darwin": "darwin"}.get(platform.system(), "?")
-    return f"{system}{'64' if sys.maxsize > 2**32 else '32'}"
-
-
-def _load_problem(name: str) -> str:
-    """Why the binary cannot be loaded here; empty if it can."""
-    import ctypes
-
-    from m4e_fmi.fmu.export.python_fmu import binary_path
-
-    if name.startswith("linux"):
-        library, release = platform.libc_ver()
-        if library == "glibc" and tuple(map(int, release.split("."))) < OLDEST_GLIBC:
-            return f"needs glibc {'.'.join(map(str, OLDEST_GLIBC))}, here is {release}"
-    try:
-        ctypes.CDLL(str(binary_path(name)))
-    except OSError as error:
-        return f"{error}; pip install --force-reinstall pythonfmu==0.7.0"
-    return ""
-
-
-def _temporary() -> Iterator[_Finding]:
+def _temporary() -> Iterator[Finding]:
     folder = Path(tempfile.gettempdir())
     good = str(folder).isascii()
     detail = str(folder) if good else f"{folder} is not ASCII: set TMPDIR to a folder that is"
-    yield _Finding("temporary folder", good, detail)
+    yield Finding("temporary folder", good, detail)
 
 
-def _plugins() -> Iterator[_Finding]:
+def _plugins() -> Iterator[Finding]:
     from m4e_fmi.fmu import FmuKind
 
     for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
-        yield _Finding(f"FMU kind {point.name}", *_importable(point, FmuKind))
+        yield Finding(f"FMU kind {point.name}", *_importable(point, FmuKind))
     for point in sorted(entry_points(group=ADAPTER_GROUP), key=lambda p: p.name):
         ok, detail = _importable(point)
         if not ok:
-            yield _Finding(f"adapter {point.name}", ok, detail)
+            yield Finding(f"adapter {point.name}", ok, detail)
             continue
         for what, good, text in point.load().requirements():
-            yield _Finding(f"{point.name}: {what}", good, text)
+            yield Finding(f"{point.name}: {what}", good, text)
 
 
 def _importable(point: EntryPoint, kind: type = object) -> tuple[bool, str]:

@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import numpy as np
-    from matplotlib.figure import Figure
 
 MOST_LINES = 20
 WIDTH = 100
@@ -114,41 +112,9 @@ def span(time: Sequence[float] | np.ndarray) -> str:
     return f"{len(time)} rows from {time[0]:g} to {time[-1]:g} s"
 
 
-class Animated(Protocol):
-    """An animation, which notebooks show."""
-
-    def save(self, path: str | Path) -> Path:
-        """Write it to `path` (.html)."""
-        ...
-
-
-class Views(Protocol):
-    """The package that makes more than text of objects: `m4e_fmi.notebook`."""
-
-    def html(self, shown: object) -> str:
-        """The HTML of an object."""
-        ...
-
-    def figure(self, shown: object, names: Sequence[str]) -> Figure:
-        """Variables of results over time; the main ones without `names`."""
-        ...
-
-    def animation(self, results: object) -> Animated:
-        """The animation of results."""
-        ...
-
-
-_views: list[Callable[[], Views]] = []
-
-
-def connect_views(find: Callable[[], Views]) -> None:
-    """Say how the views are found; they are above all packages whose objects ask for them."""
-    _views[:] = [find]
-
-
-def views() -> Views:
-    """The views, imported by the first call."""
-    return _views[0]()
+def views() -> Any:
+    """The package that makes more than text of objects; it is above those whose objects ask."""
+    return import_module("m4e_fmi.notebook")
 
 
 class Displayed:

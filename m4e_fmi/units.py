@@ -165,12 +165,6 @@ _BARE = {"kg", "min", "h", "kn", "%", *_CUSTOMARY}
 """Units that take no prefix."""
 KNOWN = f"{', '.join(_NAMED)}, with the prefixes {', '.join(_PREFIXES)}"
 """All units and prefixes, for messages."""
-_SECOND = {
-    "g": Unit("standard gravity, 9.80665 m/s2", _exponents(m=1, s=-2), GRAVITY),
-    "lb": Unit("lbf", *_NAMED["lbf"]),
-    "kt": Unit("knots (kn)", *_NAMED["kn"]),
-}
-"""Second meanings of names."""
 TOO_LARGE = "the number is too large: write one below 1.8e308, in SI units"
 
 
@@ -220,17 +214,6 @@ def number_in(unit: str, given: float | str) -> float:
     return float(given)
 
 
-def parse_unit_like(text: str, other: Unit) -> Unit:
-    """The unit that `text` names; of the two called g, lb or kt the one that fits `other`.
-
-    ValueError as `parse_unit`.
-    """
-    unit = parse_unit(text)
-    second = _SECOND.get(text.strip(), unit)
-    fits = second.same_dimension(other) and not unit.same_dimension(other)
-    return second if fits else unit
-
-
 @cache
 def parse_unit(text: str) -> Unit:
     """The unit that `text` names; ValueError with the part that is not understood."""
@@ -251,22 +234,6 @@ def parse_unit(text: str) -> Unit:
     if not 0.0 < factor < math.inf:
         raise ValueError(f"unit {text!r}: its factor is out of all scale")
     return Unit(text, tuple(exponents), factor)
-
-
-def near_unit(text: str) -> str:
-    """A unit that is spelled nearly like `text`, such as N.m for Nm; "" if there is none."""
-    if len(text) > LONGEST_UNIT:
-        return ""
-    parts = re.sub(r"\s+", ".", text.strip())
-    tries = [parts, *(f"{parts[:k]}.{parts[k:]}" for k in range(1, len(parts)))]
-    tries += [re.sub(r"\.?([A-Za-z]+)\^?-(\d)", r"/\1\2", parts).replace("1", "")]
-    tries += [parts.swapcase(), parts.lower(), parts.capitalize()]
-    for candidate in tries:
-        try:
-            return parse_unit(candidate).text
-        except ValueError:
-            continue
-    return ""
 
 
 def _factor(piece: str, text: str) -> tuple[tuple[int, ...], float]:

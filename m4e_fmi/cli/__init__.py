@@ -16,9 +16,11 @@ import gc
 import re
 import shlex
 import sys
+import tempfile
+import traceback
 from collections.abc import Sequence
 from functools import cache
-from typing import Any, NoReturn, cast
+from typing import Any, cast
 
 import m4e_fmi
 from m4e_fmi.cli import (
@@ -120,9 +122,33 @@ def _done(options: argparse.Namespace, words: Sequence[str]) -> int:
     except MemoryError as error:
         return _failed(EXIT_FAILED, "failed: there is not enough memory", error, "run")
     except Exception as error:  # noqa: BLE001  the last resort
-        from m4e_fmi.cli.shared.defect import defect_line
+        return _failed(EXIT_FAILED, _defect(error, words), error, "defect")
 
-        return _failed(EXIT_FAILED, defect_line(error, words), error, "defect")
+
+def _defect(error: BaseException, arguments: Sequence[str]) -> str:
+    """Text to print of an unexpected error, after the report on it has been written.
+
+    The report has traceback, versions and arguments; nothing of the environment.
+    """
+    from m4e_fmi.doctor import versions
+
+    text = f"{type(error).__name__}: {error}".splitlines()[0][:200]
+    told = f"failed: {text}\n      this is a defect of m4e_fmi or of a kind, not of your input"
+    lines = [
+        *(f"{name} {one}" for name, one in versions().items()),
+        f"arguments: {list(arguments)!r}",
+        "",
+        *traceback.format_exception(error),
+    ]
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="m4e_fmi_defect_", suffix=".txt", delete=False,
+            encoding="utf-8", errors="backslashreplace",
+        ) as file:  # fmt: skip
+            file.write("\n".join(lines))
+    except OSError as reason:
+        return f"{told}; no report could be written: {reason}"
+    return f"{told}; please send the report {file.name}"
 
 
 def _failed(code: int, text: str, error: BaseException, kind: str) -> int:
@@ -139,45 +165,15 @@ def _with_notes(text: str, error: BaseException) -> str:
 class _Parser(argparse.ArgumentParser):
     """A parser that takes whatever begins like a negative number for a value.
 
-    Argparse takes -1e7 and -5mm for options; no option here begins so. Wrong values and unknown
-    options are told together, with what is like them.
+    Argparse takes -1e7 and -5mm for options; no option here begins so.
     """
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         self._negative_number_matcher = _NEGATIVE
-        self._wrong: list[str] = []
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """argparse's result; exits with all wrong values and unknown arguments."""
-        self._wrong = []
-        found, unknown = super().parse_known_args(args, namespace)
-        for text in unknown:
-            option = text.partition("=")[0]
-            known = [name for name in self._option_string_actions if name.startswith("--")]
-            remedy = f": {suggestion(option, known)}" if option.startswith("-") else ""
-            self._wrong.append(f"unrecognized argument {text}{remedy}")
-        if self._wrong:
-            self.error("")
-        return found, []
-
-    def error(self, message: str) -> NoReturn:
-        """Exit with `message` and all that has been found before; an example of a start value."""
-        if "--start-value: expected" in message:
-            message += ", as in --start-value mass 3"
-        found = [*self._wrong, *filter(None, [message])]
-        self._wrong = []
-        super().error("\n  ".join(found))
-
-    def _get_value(self, action: argparse.Action, arg_string: str) -> object:
-        try:
-            return super()._get_value(action, arg_string)
-        except argparse.ArgumentError as error:
-            self._wrong.append(str(error))
-            return None
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
-        if action.choices is not None and value is not None and value not in action.choices:
+        if action.choices is not None and value not in action.choices:
             remedy = suggestion(str(value), map(str, action.choices))
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}; {remedy}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 
 from m4e_fmi.cli.shared.log import show_result
 from m4e_fmi.cli.shared.options import EXIT_FAILED
@@ -18,5 +19,5 @@ def _run(options: argparse.Namespace) -> int:
     from m4e_fmi import doctor
 
     findings = doctor.examine()
-    show_result(doctor.report(findings), doctor.as_json(findings), options)
+    show_result(doctor.report(findings), [asdict(one) for one in findings], options)
     return EXIT_FAILED if any(f.needed and not f.ok for f in findings) else 0

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from m4e_fmi.analysis.hydrodynamic_data import HydrodynamicData
     from m4e_fmi.cosim import System
     from m4e_fmi.files.document import Section
-    from m4e_fmi.fmu.kind import FmuKind, Function
+    from m4e_fmi.fmu.kind import FmuKind
 
 SYSTEMS = (*YAML_SUFFIXES, ".json", ".ssp")
 
@@ -80,21 +80,15 @@ def _of_file(options: argparse.Namespace) -> HydrodynamicData:
     """The data of all bodies of a file."""
     if options.component:
         raise InputError.single("--component is of a system, not of a file of coefficients")
-    notes: list[str] = []
-    read, coefficients = _reader()
-    config = read(options.source, progress=notes.append, depth=options.depth)
-    folder, name = options.source.parent, options.source.stem
-    data = coefficients(config, name=name, folder=folder, progress=count)
-    return replace(data, notes=(*notes, *data.notes))
-
-
-def _reader() -> tuple[Function, Function]:
-    """The functions of the kind that reads files of coefficients."""
     from m4e_fmi.cosim.system.component import kind_of, kinds
 
+    notes: list[str] = []
     for kind in map(kind_of, sorted(kinds())):
         if kind.config_of_file and kind.coefficients:
-            return kind.config_of_file, kind.coefficients
+            config = kind.config_of_file(options.source, progress=notes.append, depth=options.depth)
+            folder, name = options.source.parent, options.source.stem
+            data = kind.coefficients(config, name=name, folder=folder, progress=count)
+            return replace(data, notes=(*notes, *data.notes))
     raise InputError.single("no kind of FMU that is installed reads coefficients")
 
 

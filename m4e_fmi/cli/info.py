@@ -9,8 +9,6 @@ from m4e_fmi.cli.shared.log import print_files, say, show_result
 from m4e_fmi.cli.shared.options import add_options, is_system, load_model, load_system
 from m4e_fmi.errors import InputError
 
-"""Function of a kind that tells hydrostatics and righting arms: docs/adapters.md."""
-
 
 def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `info`."""

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Collection, Generator, Iterable, Iterator
-from contextlib import contextmanager, suppress
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.log import add_log, print_files, progress, say, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
-    Gathered,
     add_options,
     animation_file,
     load_system,
@@ -22,11 +18,10 @@ from m4e_fmi.cli.shared.options import (
     tell_equations,
 )
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
-from m4e_fmi.errors import InputError, Problem, RunError, suggestion
+from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import Outcome, System
-    from m4e_fmi.cosim.system.component import Start
     from m4e_fmi.program import Program
 
 
@@ -138,61 +133,31 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _system(options: argparse.Namespace) -> System:
-    """The system with what the command line changes; InputError with all problems of both."""
+    """The system with what the command line changes; wrong names of files are told first."""
     from m4e_fmi.cosim import read_parameters
     from m4e_fmi.cosim.run.reference import reference_problems
     from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 
-    with Gathered() as gathered:
-        gathered.of(output_file, options, "system")
-        gathered.of(animation_file, options, "system")
-        gathered.of(report_file, options, options.output_file or Path("system.nc"))
-        system = gathered.of(load_system, options.system)
-        given: list[tuple[Start, str]] = [(start_values(options), "command line")]
-        if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
-            given.insert(0, (read, ""))
-        if system is None:
-            raise InputError(gathered.problems)
-        gathered.problems += _unknown_variables(system, options.variables)
-        for start, origin in given:
-            system = _with_start(system, start, origin, gathered)
-        times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
-        settings = {key: getattr(options, key) for key in times}
-        system = gathered.of(system.changed, origin="command line", **settings) or system
-        if options.reference:
-            if not options.certify:
-                message = "--reference compares the outputs with the largest stated errors"
-                gathered.problems.append(Problem(message, "leave out --no-certify"))
-            gathered.problems += reference_problems(system)
+    output = output_file(options, "system")
+    animation_file(options, "system")
+    report_file(options, output)
+    system = load_system(options.system)
+    if options.parameters:
+        system = system.changed(start=read_parameters(options.parameters), origin="")
+    times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
+    settings = {key: getattr(options, key) for key in times}
+    given = start_values(options)
+    system = system.changed(start=given, origin="command line", **settings)
+    if options.reference:
+        if not options.certify:
+            message = "--reference compares the outputs with the largest stated errors"
+            raise InputError.single(message, "leave out --no-certify")
+        InputError.raise_for(reference_problems(system))
     return system
 
 
-def _with_start(system: System, start: Start, origin: str, gathered: Gathered) -> System:
-    """The system with those start values whose component is there; the others are problems."""
-    from m4e_fmi.cosim.system.system import ParameterSet
-
-    names = {component.name for component in system.components}
-    right = [name for name in start if name.partition(".")[0] in names and "." in name]
-    if len(right) < len(start):
-        gathered.of(system.changed, start=start, origin=origin)
-        values = {name: start[name] for name in right}
-        file = start.origin if isinstance(start, ParameterSet) else None
-        start = ParameterSet(values, Path(file.name), file.document) if file else values
-    return system.changed(start=start, origin=origin)
-
-
-def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Problem]:
-    """Patterns of --variables whose component is not there, before anything is built."""
-    names = [component.name for component in system.components]
-    for pattern in patterns:
-        component, dot, _ = pattern.partition(".")
-        if dot and not any(fnmatchcase(name, component) for name in names):
-            remedy = suggestion(component, names, "components")
-            yield Problem(f"--variables {pattern}: no component {component!r}", remedy)
-
-
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import prepare, run, system_program
+    from m4e_fmi.cosim import ExportError, prepare, run, system_program
     from m4e_fmi.cosim.results.system_scene import system_scene
     from m4e_fmi.cosim.run.verbs import checkpoint_to_resume
     from m4e_fmi.report import run_numbers, run_summary
@@ -230,40 +195,21 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         told.append(line)
         warn(line)
 
-    with (
-        _shown_if_it_fails(output, report, options.given, told),
-        progress(times.stop_time, start=times.start_time) as moving,
-    ):
-        outcome = run(
-            prepared,
-            results=output,
-            progress=moving,
-            check=options.check,
-            variables=options.variables,
-            tell=say,
-            warn=heed,
-            beside=[file.with_suffix(".png")],
-            resume=options.resume,
-            certify=options.certify,
-            animated=animated,
-        )
-    numbers, variables = run_numbers(outcome)
-    show(run_summary(outcome, told), "summary", numbers=numbers, variables=variables)
-    _write_beside(outcome, (output, file), program, animation, report, options)
-
-
-@contextmanager
-def _shown_if_it_fails(
-    output: Path, report: Path | None, command: str, told: Collection[str]
-) -> Generator[None]:
-    """Shows what there is of a run that fails: its summary, or the report of its rows."""
-    from m4e_fmi.cosim import ExportError
-    from m4e_fmi.report import report_of_run, run_numbers, run_summary
-    from m4e_fmi.results.results_file import stream_of
-
-    since = _changed(output)
     try:
-        yield
+        with progress(times.stop_time, start=times.start_time) as moving:
+            outcome = run(
+                prepared,
+                results=output,
+                progress=moving,
+                check=options.check,
+                variables=options.variables,
+                tell=say,
+                warn=heed,
+                beside=[file.with_suffix(".png")],
+                resume=options.resume,
+                certify=options.certify,
+                animated=animated,
+            )
     except ExportError as error:
         numbers, variables = run_numbers(error.outcome)
         text = run_summary(error.outcome, told)
@@ -271,11 +217,9 @@ def _shown_if_it_fails(
         print_files(filter(None, [error.outcome.path]))
         sys.stdout.flush()
         raise
-    except RunError:
-        if report and _changed(output) != since:  # rows of this run, not of an earlier one
-            with suppress(InputError):  # a single row
-                print_files([report_of_run(stream_of(output), report, command=command)])
-        raise
+    numbers, variables = run_numbers(outcome)
+    show(run_summary(outcome, told), "summary", numbers=numbers, variables=variables)
+    _write_beside(outcome, (output, file), program, animation, report, options)
 
 
 def _write_beside(
@@ -310,11 +254,3 @@ def _write_beside(
         printed = "\n".join([run_summary(outcome), *compared])
         made = report_of_run(outcome.path, report, printed=printed, command=options.given)
         print_files([made])
-
-
-def _changed(output: Path) -> int:
-    """The time [ns] at which the file that a run writes its rows to has changed last, 0 if none."""
-    from m4e_fmi.results.results_file import stream_of
-
-    stream = stream_of(output)
-    return stream.stat().st_mtime_ns if stream.is_file() else 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -249,9 +248,9 @@ def _write_partial(
 ) -> str:
     """The place of the rows of a simulation that `ended` early, which are written here.
 
-    As those of a run, they have their report; a single row replaces no earlier results.
+    A single row replaces no earlier results.
     """
-    from m4e_fmi.report import report_of_run, write_simulation
+    from m4e_fmi.report import write_simulation
     from m4e_fmi.results.results_file import stream_of
 
     rows = len(simulation.time)
@@ -266,10 +265,6 @@ def _write_partial(
         return f"its {count}: {error}"
     if not options.no_plot:
         output.with_suffix(".png").unlink(missing_ok=True)  # of an earlier one
-    report = report_file(options, output)
-    with suppress(InputError):  # a single row
-        if report:
-            print_files([report_of_run(files[0], report, command=options.given)])
     return f"results until t = {simulation.time[-1]:.9g} s are in {files[-1]} ({count})"
 
 

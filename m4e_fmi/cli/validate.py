@@ -8,6 +8,7 @@ from pathlib import Path
 
 from m4e_fmi.cli.shared.log import show_result
 from m4e_fmi.cli.shared.options import EXIT_FAILED
+from m4e_fmi.errors import YAML_SUFFIXES
 
 EPILOG = (
     "Exit code 1 if there are errors, or a check failed to run; warnings and notes leave it at 0. "
@@ -27,6 +28,8 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from m4e_fmi.files.document import Document
+    from m4e_fmi.files.file_kinds import FMU, check_keys, check_suffix
     from m4e_fmi.fmu import validate_fmu
     from m4e_fmi.report import validation_text
 
@@ -37,7 +40,9 @@ def _run(options: argparse.Namespace) -> int:
             print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
 
     for path in options.fmus:
-        _check_kind(path)
+        check_suffix(path, FMU)
+        if path.suffix.lower() in (*YAML_SUFFIXES, ".json"):
+            check_keys(path, Document.load(path).data, FMU)
     reports = []
     for path in options.fmus:
         name = path.name
@@ -54,13 +59,3 @@ def _run(options: argparse.Namespace) -> int:
     if options.json:
         show_result("", [report.as_dict() for report in reports], options)
     return 0 if all(report.ok and report.complete for report in reports) else EXIT_FAILED
-
-
-def _check_kind(path: Path) -> None:
-    """InputError for a model, a system and other files that are no FMU."""
-    from m4e_fmi.files.document import Document
-    from m4e_fmi.files.file_kinds import FMU, check_keys, check_suffix
-
-    check_suffix(path, FMU)
-    if path.suffix.lower() in (".yaml", ".yml", ".json"):
-        check_keys(path, Document.load(path).data, FMU)

@@ -9,7 +9,6 @@ import re
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
@@ -17,7 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from m4e_fmi.errors import suggestion
-from m4e_fmi.units import TOO_LARGE, parse_quantity, parse_unit, parse_unit_like
+from m4e_fmi.units import TOO_LARGE, parse_quantity, parse_unit
 
 Location = tuple[str | int, ...]
 """Keys and indices (from 0) that lead to a value from the top of a file, or of a section."""
@@ -372,9 +371,7 @@ def _number_instead(text: str, unit: str) -> str:
         return f"write {number}: numbers here are in SI units ({told})"
     told = f"the number is in {unit}, as 'unit' beside it says"
     try:
-        wanted = parse_unit(unit)
-        own = replace(given, unit=parse_unit_like(given.unit.text, wanted))
-        return f"write {own.in_unit(wanted):.12g}: {told}"
+        return f"write {given.in_unit(parse_unit(unit)):.12g}: {told}"
     except ValueError:
         return f"write a number without unit: {told}"
 

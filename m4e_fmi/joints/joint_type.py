@@ -53,13 +53,11 @@ ATTRACTION = 1.0
 class JointType(ABC):
     """A type of joint: facts for authors and checks, and the motion that it allows.
 
-    Angles come last among the `coordinates`. `other_names` are those that other programs have for
-    the type.
+    Angles come last among the `coordinates`.
     """
 
     name: ClassVar[str]
     coordinates: ClassVar[tuple[Coordinate, ...]] = ()
-    other_names: ClassVar[tuple[str, ...]] = ()
     symbol: ClassVar[Symbol] = ""
 
     has_direction: ClassVar[bool] = False

@@ -29,7 +29,6 @@ class Fixed(JointType):
     """A weld: the child moves with its parent, without any coordinate."""
 
     name = "fixed"
-    other_names = ("weld", "welded", "rigid", "lock")
     symbol = "square"
 
     def frame(self, mount: Mount) -> Frame:
@@ -45,7 +44,6 @@ class Prismatic(JointType):
 
     name = "prismatic"
     coordinates = (Coordinate("S", "q", "u", "m"),)
-    other_names = ("slider", "sliding", "translational", "translation", "linear")
     symbol = "sleeve"
     has_direction = True
 
@@ -67,7 +65,6 @@ class Revolute(JointType):
 
     name = "revolute"
     coordinates = (Coordinate("Phi", "q", "u", "rad"),)
-    other_names = ("hinge", "pin", "pivot", "rotational", "rotation", "rotary")
     symbol = "circle"
     axes = ("axis",)
 
@@ -100,7 +97,6 @@ class Spherical(JointType):
     """A ball joint: it has the child's attitude and angular velocity against the world."""
 
     name = "spherical"
-    other_names = ("ball", "ball_joint", "s")
     symbol = "circle"
     has_quaternion = True
     frees_rotation = True
@@ -122,7 +118,6 @@ class Universal(JointType):
 
     name = "universal"
     coordinates = (Coordinate("Phi", "q1", "u1", "rad"), Coordinate("Psi", "q2", "u2", "rad"))
-    other_names = ("cardan", "hooke", "u")
     symbol = "circle"
     axes = ("axis", "second_axis")
 
@@ -136,7 +131,6 @@ class Cylindrical(JointType):
 
     name = "cylindrical"
     coordinates = (Coordinate("S", "q1", "u1", "m"), Coordinate("Phi", "q2", "u2", "rad"))
-    other_names = ("sliding_hinge", "c")
     symbol = "sleeve"
     axes = ("axis",)
 
@@ -158,7 +152,6 @@ class Planar(JointType):
         Coordinate("R", "q2", "u2", "m"),
         Coordinate("Phi", "q3", "u3", "rad"),
     )
-    other_names = ("plane", "point_in_plane")
     symbol = "sleeve"
     has_direction = True
     axes = ("axis",)
@@ -178,7 +171,6 @@ class PlanarFloating(JointType):
         Coordinate("Z", "z", "vz", "m"),
         Coordinate("Theta", "theta", "omega", "rad"),
     )
-    other_names = ("free", "6dof", "3dof", "freeflyer")
     is_free = True
     frees_rotation = True
 
@@ -204,7 +196,6 @@ class Floating(JointType):
         Coordinate("Y", "y", "vy", "m"),
         Coordinate("Z", "z", "vz", "m"),
     )
-    other_names = PlanarFloating.other_names
     has_quaternion = True
     is_free = True
     frees_rotation = True

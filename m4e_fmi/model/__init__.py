@@ -2,7 +2,7 @@
 
 The same elements from Python (`Model(...)`), from files (`load_model`) and from the lists of the
 paper (`model_from_lists`). Imports `files`, `units`, `program` and `joints`. Start with
-`elements` and `loads`, then `checks`.
+`elements` and `loads`, then `groups` and `checks`.
 """
 
 from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter, Point

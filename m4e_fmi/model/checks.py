@@ -6,8 +6,6 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from numbers import Real
-from types import SimpleNamespace
-from typing import TYPE_CHECKING
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES
@@ -15,6 +13,7 @@ from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
     NEUTRAL,
+    Body,
     Quantity,
     neutral_mass,
     neutral_symbol,
@@ -31,17 +30,14 @@ from m4e_fmi.model.findings import (
     reference,
     vectors,
 )
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.joint_checks import AXES_OF_JOINTS, PARALLEL, axis_findings, joint_findings
 from m4e_fmi.model.load_checks import LoadChecks
 from m4e_fmi.model.quantity import as_expression, quantities_of
-from m4e_fmi.model.shapes import axis_without_direction, shape_findings, shape_place
+from m4e_fmi.model.shapes import Cylinder, Shape
 from m4e_fmi.model.table import TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
-from m4e_fmi.units import near_unit, parse_unit
-
-if TYPE_CHECKING:
-    from m4e_fmi.model.findings import Elements
-    from m4e_fmi.model.model import Model
+from m4e_fmi.units import parse_unit
 
 SMALLEST, LARGEST = 1e-100, 1e100
 """Sizes of the numbers of a model; products of three stay within what a float can hold."""
@@ -51,16 +47,22 @@ EQUATION_SYMBOL = re.compile(
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 TREE = ("child", "parent")
 """Keys of a joint that make the tree of bodies."""
+EFFECTS = {
+    "gravity": "lifts all bodies",
+    "damping": "drives the motion",
+    "stiffness": "pushes away from where it rests",
+}
+"""Effects of negative values."""
 UNITS = "write it like N.s/m or kg.m2"
 
 
-def findings(model: Model) -> list[ModelFinding]:
+def findings(model: Groups) -> list[ModelFinding]:
     """Everything wrong with `model`."""
     found = list(element_findings(model, Names.of(model)))
     return found or list(_further_findings(model, (), complete=True))
 
 
-def group_findings(groups: Elements, names: Names, *, complete: bool = True) -> list[ModelFinding]:
+def group_findings(groups: Groups, names: Names, *, complete: bool = True) -> list[ModelFinding]:
     """Everything wrong with the groups of a Model, of which some elements may be missing.
 
     The tree is looked at if all bodies and joints are there (`complete`) and their names are right.
@@ -70,11 +72,11 @@ def group_findings(groups: Elements, names: Names, *, complete: bool = True) -> 
 
 
 def findings_with(
-    model: Model, names: Collection[str]
+    model: Groups, names: Collection[str]
 ) -> Callable[[Mapping[str, float]], Iterator[ModelFinding]]:
     """A check of other values of the parameters `names` [SI]: numbers of a right `model`.
 
-    Start positions and velocities do not follow them. Elements that do not follow them are right.
+    Start positions and velocities do not follow them. Groups that do not follow them are right.
     """
     known = [(at, quantity) for at, quantity in _all_quantities(model) if "initial" not in at]
     follow = {at[:2] for at, one in known if not as_expression(one).names().isdisjoint(names)}
@@ -89,7 +91,7 @@ def findings_with(
 
 
 def _further_findings(
-    model: Elements, found: Collection[ModelFinding], *, complete: bool
+    model: Groups, found: Collection[ModelFinding], *, complete: bool
 ) -> Iterator[ModelFinding]:
     """Problems of the tree and the numbers that do not follow from those `found` already.
 
@@ -99,9 +101,10 @@ def _further_findings(
     if complete and not any(at[0] == "joints" and at[-1] in TREE for at in wrong):
         yield from _tree_findings(model)
     names = {at[1] for at in wrong if at[0] in ("parameters", "tables") and len(at) > 1}
-    groups = ("parameters", "tables")
-    right = {g: {n: p for n, p in getattr(model, g).items() if n not in names} for g in groups}
-    model = SimpleNamespace(**vars(model) | right)
+    fields = vars(model).copy()
+    for group in ("parameters", "tables"):
+        fields[group] = {n: one for n, one in fields[group].items() if n not in names}
+    model = Groups(**fields)
     quantities = [
         (at, quantity)
         for at, quantity in _all_quantities(model)
@@ -112,7 +115,7 @@ def _further_findings(
     yield from dimension_findings(model, iter(quantities))
 
 
-def element_findings(model: Elements, names: Names) -> Iterator[ModelFinding]:
+def element_findings(model: Groups, names: Names) -> Iterator[ModelFinding]:
     """Problems of single elements: names, references, expressions.
 
     `model` needs the groups of a Model only; some of its elements may be missing.
@@ -132,7 +135,7 @@ def element_findings(model: Elements, names: Names) -> Iterator[ModelFinding]:
     for name, body in model.bodies.items():
         leaving_out = ("mass",) if body.is_neutral else ()
         yield from quantities(("bodies", name), body, known, leaving_out=leaving_out)
-        yield from shape_findings(("bodies", name), body, known)
+        yield from _shape_findings(("bodies", name), body, known)
     for name, joint in model.joints.items():
         yield from joint_findings(("joints", name), joint, names, known)
     for name, point in model.points.items():
@@ -152,11 +155,10 @@ def _unit_findings(at: Location, unit: str) -> Iterator[ModelFinding]:
     try:
         parse_unit(unit)
     except ValueError as error:
-        near = near_unit(unit)
-        yield ModelFinding(at, str(error), f"did you mean {near!r}?" if near else UNITS)
+        yield ModelFinding(at, str(error), UNITS)
 
 
-def _name_findings(model: Elements) -> Iterator[ModelFinding]:
+def _name_findings(model: Groups) -> Iterator[ModelFinding]:
     for group in ("parameters", "tables", "bodies", "joints", "points", "loads"):
         for name in getattr(model, group):
             if not NAME.fullmatch(name):
@@ -181,7 +183,7 @@ def _name_findings(model: Elements) -> Iterator[ModelFinding]:
             yield ModelFinding(("tables", name), message, "rename one of the two")
 
 
-def _tree_findings(model: Elements) -> Iterator[ModelFinding]:
+def _tree_findings(model: Groups) -> Iterator[ModelFinding]:
     """Each body must hang on the ground through exactly one chain of joints."""
     parents: dict[str, str] = {}
     for name, joint in model.joints.items():
@@ -209,7 +211,7 @@ def _tree_findings(model: Elements) -> Iterator[ModelFinding]:
         yield ModelFinding(("bodies",), "a model needs at least one body", "add one under 'bodies'")
 
 
-def _reached(model: Elements) -> set[str]:
+def _reached(model: Groups) -> set[str]:
     """The ground, and all that hangs on it through joints."""
     children: dict[str, list[str]] = {}
     for joint in model.joints.values():
@@ -224,7 +226,7 @@ def _reached(model: Elements) -> set[str]:
 
 
 def _value_findings(
-    model: Elements, quantities: Iterable[tuple[Location, Quantity]], values: Values
+    model: Groups, quantities: Iterable[tuple[Location, Quantity]], values: Values
 ) -> Iterator[ModelFinding]:
     """Values of `quantities` at the start that are not allowed, with these of parameters (SI)."""
     computed: dict[Location, float] = {}
@@ -258,7 +260,7 @@ def _value_findings(
     for name, joint in model.joints.items():
         yield from axis_findings(("joints", name), joint, computed)
     for name, body in model.bodies.items():
-        yield from axis_without_direction(("bodies", name), body, computed)
+        yield from _cylinder_findings(("bodies", name), body, computed)
         at = ("bodies", name, "inertia")
         count = len(body.inertia) if isinstance(body.inertia, (tuple, list)) else 0
         entries = [computed[*at, k] for k in range(count) if (*at, k) in computed]
@@ -274,10 +276,7 @@ def _inertia_findings(at: Location, entries: list[float]) -> Iterator[ModelFindi
     least, middle, most = np.linalg.eigvalsh([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     if not least > 0:
         message = f"principal moments of inertia must be positive, got {least:.6g}"
-        remedy = "check the signs of the products: Ixy is -∫ x y dm"
-        if not min(xx, yy, zz) > 0:
-            name = ("Ixx", "Iyy", "Izz")[(xx, yy, zz).index(min(xx, yy, zz))]
-            remedy = f"give a positive {name}: a thin rod has a small one about its axis, too"
+        remedy = "check the moments, and the signs of the products: Ixy is -∫ x y dm"
         yield ModelFinding(at, message, remedy)
     elif most > (least + middle) * (1 + PARALLEL):
         message = (
@@ -285,6 +284,32 @@ def _inertia_findings(at: Location, entries: list[float]) -> Iterator[ModelFindi
             f"of the others, {least + middle:.6g}"
         )
         yield ModelFinding(at, message, "check units, axes, and that they are about the CG")
+
+
+def _shape_findings(at: Location, body: Body, known: Known) -> Iterator[ModelFinding]:
+    """Problems of the numbers and expressions of a body's shape, which planar bodies have not."""
+    if body.shape is None:
+        return
+    if known.dimensions == 2:
+        message = "shape: bodies of a planar model are drawn by their joints and points"
+        yield ModelFinding((*at, "shape"), message, "remove it, or add 'dimensions: 3'")
+        return
+    yield from quantities(_shape_place(at, body.shape), body.shape, known)
+
+
+def _shape_place(at: Location, shape: Shape) -> Location:
+    """Where in a model the quantities of the shape of the body at `at` are."""
+    return (*at, "shape", *shape.keys)
+
+
+def _cylinder_findings(
+    at: Location, body: Body, computed: Mapping[Location, float]
+) -> Iterator[ModelFinding]:
+    """A finding if all parts of the axis of a cylinder are 0."""
+    if isinstance(body.shape, Cylinder):
+        place = (*_shape_place(at, body.shape), "axis")
+        if all(computed.get((*place, k)) == 0.0 for k in range(3)):
+            yield ModelFinding(place, "the axis has no length", "give a vector such as [0, 0, 1]")
 
 
 def _constant_findings(at: Location, expression: Expression) -> Iterator[ModelFinding]:
@@ -299,29 +324,19 @@ def _constant_findings(at: Location, expression: Expression) -> Iterator[ModelFi
             yield ModelFinding(at, f"{part} must be finite, got {value}")
 
 
-def doubts(model: Model) -> Iterator[ModelFinding]:
+def doubts(model: Groups) -> Iterator[ModelFinding]:
     """Values that are allowed and seldom meant: negative gravity, stiffness, damping of loads."""
     values = parameter_values(model.parameters)
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
-        is_gravity = at == ("gravity",)
-        if not (is_gravity or _bound(model, at) == "seldom negative"):
+        if at != ("gravity",) and _bound(model, at) != "seldom negative":
             continue
         if expression.names() <= values.keys() and (value := expression.evaluate(values)) < 0:
-            if is_gravity:
-                message = f"negative gravity, {value:.6g} m/s2: it lifts all bodies"
-                yield ModelFinding(
-                    at, message, f"give {-value:.6g}: what is positive acts along -Z"
-                )
-                continue
-            effect = (
-                "drives the motion" if at[-1] == "damping" else "pushes away from where it rests"
-            )
-            message = f"negative {at[-1]}, {value:.6g}: the load {effect}"
+            message = f"negative {at[-1]}, {value:.6g}: it {EFFECTS[str(at[-1])]}"
             yield ModelFinding(at, message, "change the sign if that is not meant")
 
 
-def lacking(model: Model) -> Iterator[tuple[str, ModelFinding]]:
+def lacking(model: Groups) -> Iterator[tuple[str, ModelFinding]]:
     """Parameters without a value, each with what to do where the model is used alone."""
     for name, body in model.bodies.items():
         if body.is_neutral:
@@ -335,7 +350,7 @@ def without_value(parameter: str) -> tuple[str, str]:
     return message, f"give a start value (--start-value {parameter} '120 t'), or run the system"
 
 
-def bounded_parameters(model: Elements) -> frozenset[str]:
+def bounded_parameters(model: Groups) -> frozenset[str]:
     """Parameters that are, by themselves, a quantity that must be positive or not negative."""
     return frozenset(
         expression.arguments[0]
@@ -346,7 +361,7 @@ def bounded_parameters(model: Elements) -> frozenset[str]:
     )
 
 
-def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
+def _all_quantities(model: Groups) -> Iterator[tuple[Location, Quantity]]:
     """Every number or expression of the model, and where it stands."""
     if isinstance(model.gravity, (tuple, list)):
         yield from ((("gravity", k), part) for k, part in enumerate(model.gravity))
@@ -361,7 +376,7 @@ def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
             for key, value in getattr(element, "initial", {}).items():
                 yield (group, name, "initial", key), value
             if shape := getattr(element, "shape", None):
-                yield from _quantities(shape_place((group, name), shape), shape)
+                yield from _quantities(_shape_place((group, name), shape), shape)
 
 
 def _quantities(at: Location, element: object) -> Iterator[tuple[Location, Quantity]]:
@@ -374,7 +389,7 @@ def _quantities(at: Location, element: object) -> Iterator[tuple[Location, Quant
             yield (*at, field), value
 
 
-def _bound(model: Elements, at: Location, *, of_tensor: bool = False) -> str:
+def _bound(model: Groups, at: Location, *, of_tensor: bool = False) -> str:
     """The bound of the number at `at`; `of_tensor`: that of a moment of inertia in space, too."""
     if at[0] == "gravity":
         return ""

@@ -9,18 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.elements import Quantity
 from m4e_fmi.model.expression import CONSTANTS, Expression
 from m4e_fmi.model.findings import ModelFinding
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.units import BASE_UNITS, parse_unit
-
-if TYPE_CHECKING:
-    from m4e_fmi.model.findings import Elements
 
 Dimension = tuple[Fraction, ...]
 """Exponents of the base units but rad."""
@@ -110,7 +107,7 @@ def unit_text(of: Maybe) -> str:
 
 
 def dimension_findings(
-    model: Elements, quantities: Iterator[tuple[Location, Quantity]]
+    model: Groups, quantities: Iterator[tuple[Location, Quantity]]
 ) -> Iterator[ModelFinding]:
     """Findings on `quantities` of a model with a dimension that their place does not take."""
     units = {name: p.unit for name, p in (*model.parameters.items(), *model.tables.items())}
@@ -131,21 +128,10 @@ def dimension_findings(
             continue
         got = units[expression.arguments[0]] if expression.kind == "name" else unit_text(found)
         message = f"{place}: {value} is in {got}, expected {unit}"
-        yield ModelFinding(at, message, _remedy(expression, unit, expected, known))
+        yield ModelFinding(at, message, f"write an expression that is in {unit}")
 
 
-def _remedy(
-    expression: Expression, unit: str, expected: Dimension, known: Mapping[str, Maybe]
-) -> str:
-    alike = [name for name, of in known.items() if of == expected]
-    if alike:
-        return f"did you mean {' or '.join(map(repr, alike[:3]))}, in {unit}?"
-    if expression.kind == "name":
-        return f"give {expression} a unit such as {unit}, or name another parameter"
-    return f"write an expression that is in {unit}"
-
-
-def expected_unit(model: Elements, at: Location) -> str:
+def expected_unit(model: Groups, at: Location) -> str:
     """The unit of the quantity at a place of a model; "" where any will do."""
     if at[0] == "gravity":
         return "m/s2"

@@ -14,23 +14,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from m4e_fmi.model.expression import NOTHING, Expression, Values, negative
-from m4e_fmi.model.quantity import as_expression, given
+from m4e_fmi.model.expression import Expression, Values
+from m4e_fmi.model.quantity import Quantity, Vector, as_expression, given
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
-    import sympy
-
-    from m4e_fmi.model.model import Model
     from m4e_fmi.model.shapes import Shape
 
 GROUND = "ground"
 NEUTRAL = "neutral"
 """Mass of a body that is that of the water it displaces."""
 
-Quantity: TypeAlias = "float | str | Expression | sympy.Expr"
-Vector: TypeAlias = "tuple[Quantity, ...]"
-"""(x, z) in a model of the plane, (x, y, z) in one of space."""
 Inertia: TypeAlias = "Quantity | tuple[Quantity, ...]"
 AngleReference = Literal["absolute", "relative"]
 Axes = Literal["world", "body"]
@@ -72,14 +66,6 @@ def inertia_of(body: Body) -> tuple[Expression, ...]:
     """The inertia of a body: I_yy in the plane; three moments, or these and I_xy, I_yz, I_zx."""
     entries = body.inertia if isinstance(body.inertia, (tuple, list)) else (body.inertia,)
     return tuple(map(as_expression, entries))
-
-
-def gravity_of(model: Model) -> tuple[Expression, ...]:
-    """The acceleration of gravity against its direction, (x, y, z)."""
-    gravity = model.gravity
-    if not isinstance(gravity, (tuple, list)):
-        return NOTHING, NOTHING, as_expression(gravity)
-    return tuple(negative(as_expression(part)) for part in gravity)
 
 
 @dataclass(frozen=True)

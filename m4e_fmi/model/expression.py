@@ -12,13 +12,11 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from m4e_fmi import program as functions
+from m4e_fmi.errors import suggestion
 from m4e_fmi.program import AnyScalar
-
-if TYPE_CHECKING:
-    pass
 
 FUNCTIONS = {
     "abs": abs,
@@ -58,17 +56,9 @@ _SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**"}
 class ExpressionError(ValueError):
     """The text is no expression of the grammar; `column` counts from 1 within the text."""
 
-    def __init__(self, message: str, column: int = 0) -> None:
-        self.column = column
+    def __init__(self, message: str, column: int = 0, remedy: str = "") -> None:
+        self.column, self.remedy = column, remedy
         super().__init__(message)
-
-
-class UnknownFunctionError(ExpressionError):
-    """An expression calls a function, `name`, that there is not."""
-
-    def __init__(self, message: str, column: int, name: str) -> None:
-        self.name = name
-        super().__init__(message, column)
 
 
 class Values(dict[str, AnyScalar]):
@@ -204,7 +194,8 @@ def _expression(tree: Any, depth: int = 1) -> Expression:
     token, *arguments = children
     name = str(token)
     if name not in FUNCTIONS:
-        raise UnknownFunctionError(f"{name} is not a function here", token.column, name)
+        remedy = suggestion(name.rpartition(".")[2], FUNCTIONS, "functions")
+        raise ExpressionError(f"{name} is not a function here", token.column, remedy)
     expected = 2 if name in TWO_ARGUMENTS else 1
     if len(arguments) != expected:
         raise ExpressionError(f"{name} takes {expected}, got {len(arguments)}", token.column)

@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from m4e_fmi.errors import CLOSE, suggestion
+from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.elements import GROUND, NEUTRAL, Quantity, is_origin
+from m4e_fmi.model.elements import NEUTRAL, Quantity, is_origin
 from m4e_fmi.model.expression import (
     CONSTANTS,
-    FUNCTIONS,
     ExpressionError,
-    UnknownFunctionError,
 )
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.units import TOO_LARGE, parse_quantity
-
-if TYPE_CHECKING:
-    from types import SimpleNamespace
-
-    from m4e_fmi.model.model import Model
-
-    Elements = Model | SimpleNamespace
-    """A model, or the groups of one that cannot be made, because some elements are wrong."""
 
 TIME = "t"
 SINGULAR = {"bodies": "body", "points": "point", "joints": "joint"}
@@ -52,7 +41,7 @@ class Names:
     tables: frozenset[str]
 
     @classmethod
-    def of(cls, model: Model | Mapping[str, object]) -> Names:
+    def of(cls, model: Groups | Mapping[str, object]) -> Names:
         """The names of a model, or of a model file's plain data."""
         groups = []
         for group in cls.__dataclass_fields__:
@@ -89,13 +78,8 @@ class Known:
             return f"{name!r} is not known in expressions", ALONE
         if name == "t":
             return "'t' is not known here", "only loads may depend on the time"
-        if name == "time" and "t" in self.names:
-            return "'time' is not declared", "the time is called 't'"
         if "." not in name:
-            remedy = suggestion(name, [*self.names, *CONSTANTS], "names")
-            if SequenceMatcher(None, name.lower(), NEUTRAL).ratio() >= CLOSE:
-                remedy = f"did you mean {NEUTRAL!r}, the mass of a floating body?"
-            return f"{name!r} is not declared", remedy
+            return f"{name!r} is not declared", suggestion(name, [*self.names, *CONSTANTS], "names")
         if self.motion is None:
             return f"{name!r} is not known here", "only loads may depend on the motion"
         return self.motion(name)
@@ -115,8 +99,6 @@ def quantities(
             yield from numbers((*at, field), value, known, about["counts"])
 
 
-MAY_BE_ZERO = ("moment",)
-"""Vectors in space for which a 0 stands as well."""
 PLANAR = "the model is planar (there is no 'dimensions: 3')"
 SPATIAL = "the model is spatial ('dimensions: 3')"
 VECTORS = {2: f"{PLANAR}: write [x, z]", 3: f"{SPATIAL}: write [x, y, z]"}
@@ -158,7 +140,7 @@ def numbers(
             )
         else:
             yield from expressions(at, value, known)
-    elif at[-1] in MAY_BE_ZERO and not is_list and value == 0:  # as it is where it is not given
+    elif at[-1] == "moment" and not is_list and value == 0:  # as it is where it is not given
         return
     elif not is_list or len(value) not in counts:
         wanted = " or ".join(map(str, counts))
@@ -186,7 +168,7 @@ def expressions(at: Location, value: Quantity, known: Known) -> Iterator[ModelFi
         expression = as_expression(value)
     except ExpressionError as error:
         where = f" (column {error.column} of {value!r})" if error.column else ""
-        yield ModelFinding(at, f"{error}{where}", _instead(value, error, known))
+        yield ModelFinding(at, f"{error}{where}", error.remedy or _instead(value))
         return
     for name in sorted(expression.names()):
         complaint = known.complaint(name)
@@ -194,20 +176,10 @@ def expressions(at: Location, value: Quantity, known: Known) -> Iterator[ModelFi
             yield ModelFinding(at, *complaint)
 
 
-def _instead(value: Quantity, error: ExpressionError, known: Known) -> str:
-    """Remedy: what to write in place of `value`, which is no expression because of `error`."""
-    text = value if isinstance(value, str) else ""
-    if isinstance(error, UnknownFunctionError):
-        return suggestion(error.name.rpartition(".")[2], FUNCTIONS, "functions")
-    if re.search(r"[<>=]|\bif\b", text):
-        return "there are no conditions: use max, min, sign or tanh, as in max(0, t - 2)"
-    if re.fullmatch(r"\s*[+-]?\d+,\d+\s*", text):
-        return f"numbers have a decimal point: {text.strip().replace(',', '.')}"
-    factor = re.match(r"\s*([\d.]+)\s*([A-Za-z_]\w*)\s*($|[-+*(])", text)
-    if factor and factor[2] in {*known.names, *FUNCTIONS, *CONSTANTS}:
-        return f"write a product with *, as in {factor[1]}*{factor[2]}"
+def _instead(text: object) -> str:
+    """Remedy: what to write in place of `text`, which is no expression."""
     try:
-        given = parse_quantity(text)
+        given = parse_quantity(str(text))
     except ValueError:
         return "allowed: numbers without a unit, names, + - * / **, functions"
     if not (number := given.si_number):
@@ -218,7 +190,5 @@ def _instead(value: Quantity, error: ExpressionError, known: Known) -> str:
 
 def reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[ModelFinding]:
     """A finding if `name` is not one of the `known` bodies, points or joints (`noun`)."""
-    if name in ("world", "earth", "origin", "inertial") and GROUND in known and name not in known:
-        yield ModelFinding(at, f"unknown {SINGULAR[noun]} {name!r}", f"did you mean {GROUND!r}?")
-    elif name not in known:
+    if name not in known:
         yield ModelFinding(at, f"unknown {SINGULAR[noun]} {name!r}", suggestion(name, known, noun))

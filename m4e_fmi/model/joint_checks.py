@@ -21,17 +21,10 @@ from m4e_fmi.model.findings import (
 )
 from m4e_fmi.space import AXES
 
+SPACES = {2: "the plane", 3: "space"}
 AXES_OF_JOINTS = ("direction", "axis", "second_axis")
 PARALLEL = 1e-9
 """Cosine of a right angle, and what a cosine is less than 1, that rounding can have made."""
-
-
-def joint_type_elsewhere(word: str) -> str:
-    """A remedy for a type of a joint that other programs have; "" for any other word."""
-    for name, joint_type in JOINT_TYPES[3].items():
-        if word.lower() in joint_type.other_names:
-            return f"did you mean {name!r}?"
-    return ""
 
 
 def joint_findings(
@@ -43,7 +36,7 @@ def joint_findings(
     yield from quantities(at, joint, known)
     types = JOINT_TYPES[known.dimensions]
     if joint.type not in types:
-        remedy = joint_type_elsewhere(joint.type) or suggestion(joint.type, types)
+        remedy = suggestion(joint.type, types, "types")
         message = f"unknown type {joint.type!r}"
         if joint.type in JOINT_TYPES[3]:
             message = f"a {joint.type} joint is one of space, and the model is planar"
@@ -55,9 +48,19 @@ def joint_findings(
         yield ModelFinding((*at, "parent"), message, "name another body, or ground")
     if types[joint.type].is_free:
         yield from _of_free(at, joint, types)
-    yield from _axes(at, joint, types)
-    yield from _reaction_axes(at, joint, types[joint.type])
-    yield from _coordinate(at, joint, types)
+    yield from _axes(at, joint, known.dimensions)
+    if joint.reaction_axes not in get_args(Axes):
+        remedy = suggestion(joint.reaction_axes, get_args(Axes))
+        yield ModelFinding((*at, "reaction_axes"), f"unknown axes {joint.reaction_axes!r}", remedy)
+    if joint.coordinate is not None and joint.coordinate not in get_args(AngleReference):
+        message = f"unknown coordinate {joint.coordinate!r}"
+        remedy = suggestion(joint.coordinate, get_args(AngleReference))
+        yield ModelFinding((*at, "coordinate"), message, remedy)
+    elif not types[joint.type].chooses_angle and (
+        joint.coordinate == "relative" or (joint.coordinate and known.dimensions == 3)
+    ):
+        message = f"in {SPACES[known.dimensions]} a {joint.type} joint has no coordinate to choose"
+        yield ModelFinding((*at, "coordinate"), message, "leave it out")
     for field in types[joint.type].vectors:
         if getattr(joint, field) is not None:
             yield from vectors((*at, field), getattr(joint, field), known)
@@ -82,50 +85,16 @@ def _of_free(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iter
             yield ModelFinding((*at, field), message, remedy)
 
 
-def _axes(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[ModelFinding]:
+def _axes(at: Location, joint: Joint, dimensions: int) -> Iterator[ModelFinding]:
     for field in AXES_OF_JOINTS:
-        needed = field in types[joint.type].vectors
+        needed = field in JOINT_TYPES[dimensions][joint.type].vectors
         if needed == (getattr(joint, field) is not None):
             continue
-        words = field.replace("_", " ")
-        article = "an" if words == "axis" else "a"
-        having = [name for name, t in types.items() if field in t.vectors]
-        remedy = "leave it out"
+        verb, remedy = "has no", "leave it out"
         if needed:
-            message = f"a {joint.type} joint needs {article} {words}"
-            remedy = f"add '{field}: {'[x, z]' if types is JOINT_TYPES[2] else '[x, y, z]'}'"
-        elif having:
-            message = f"only a {' or '.join(having)} joint has {article} {words}"
-        else:
-            message = f"joints of the plane turn about +Y and have no {words}"
+            verb, remedy = "needs", f"add '{field}: {'[x, y, z]' if dimensions == 3 else '[x, z]'}'"
+        message = f"in {SPACES[dimensions]} a {joint.type} joint {verb} {field!r}"
         yield ModelFinding((*at, field), message, remedy)
-
-
-def _coordinate(
-    at: Location, joint: Joint, types: Mapping[str, JointType]
-) -> Iterator[ModelFinding]:
-    if joint.coordinate is None:
-        return
-    if joint.coordinate not in get_args(AngleReference):
-        remedy = suggestion(joint.coordinate, get_args(AngleReference))
-        yield ModelFinding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
-    elif types[joint.type].chooses_angle:
-        return
-    elif joint.coordinate == "relative" or types is JOINT_TYPES[3]:
-        names = " or ".join(name for name, t in types.items() if t.chooses_angle)
-        message = f"only a {names} joint has a coordinate to choose"
-        if not names:
-            message = "in space angles of joints are relative: there is no coordinate to choose"
-        yield ModelFinding((*at, "coordinate"), message, "leave it out")
-
-
-def _reaction_axes(at: Location, joint: Joint, joint_type: JointType) -> Iterator[ModelFinding]:
-    if joint.reaction_axes not in get_args(Axes):
-        remedy = suggestion(joint.reaction_axes, get_args(Axes))
-        yield ModelFinding((*at, "reaction_axes"), f"unknown axes {joint.reaction_axes!r}", remedy)
-    elif joint.reaction_axes == "body" and joint_type.is_free:
-        message = f"a {joint.type} joint exerts nothing and has no reaction"
-        yield ModelFinding((*at, "reaction_axes"), message, "leave it out")
 
 
 def axis_findings(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import ATTITUDE, JOINT_TYPES, TURNING
-from m4e_fmi.model.elements import GROUND, Axes, Joint
+from m4e_fmi.model.elements import GROUND, Axes
 from m4e_fmi.model.findings import (
     TIME,
     Complaint,
@@ -20,10 +20,8 @@ from m4e_fmi.model.findings import (
     quantities,
     reference,
 )
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.loads import JointStop, Load, TensionStop
-
-if TYPE_CHECKING:
-    from m4e_fmi.model.findings import Elements
 
 MOTION = {
     2: {
@@ -43,7 +41,7 @@ MOTION = {
 class LoadChecks:
     """The checks of one model's loads; `model` needs its joints and loads only."""
 
-    def __init__(self, model: Elements, names: Names) -> None:
+    def __init__(self, model: Groups, names: Names) -> None:
         self.model = model
         self.names = names
         plain = names.parameters | names.tables | {TIME}
@@ -64,48 +62,24 @@ class LoadChecks:
         """Complaint about a name like ``joint.hinge.q``; None if it is right."""
         kind, _, rest = name.partition(".")
         element, _, variable = rest.rpartition(".")
-        if kind == "load":
-            return f"{name!r} is not known here", "loads cannot depend on other loads"
         if kind not in self.motion or not element:
             remedy = "the motion is joint.<name>.q, body.<name>.vx, point.<name>.z and the like"
-            return f"{name!r} is not declared", self._with_kind(kind, rest) or remedy
+            return f"{name!r} is not declared", remedy
         group = {"body": "bodies", "point": "points", "joint": "joints"}[kind]
         declared = getattr(self.names, group)
         if element not in declared:
             return f"unknown {kind} {element!r} in {name!r}", suggestion(element, declared, group)
-        if variable in ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"):
-            return f"a load cannot depend on {name!r}", "nor on any other acceleration or reaction"
         if variable not in self.motion[kind]:
             return f"a {kind} has no {variable!r} here", f"known: {', '.join(self.motion[kind])}"
         joint = self.model.joints.get(element)
-        if kind == "joint" and joint is not None and not self._has(joint, variable):
-            joint_type = self.types.get(joint.type)
-            efforts = joint_type.efforts.values() if joint_type else ()
-            names = ", ".join(name for c in efforts for name in (c.position, c.velocity))
-            remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
-            remedy = f"it has {names}" if names else remedy
-            return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
+        joint_type = self.types.get(joint.type) if kind == "joint" and joint else None
+        if joint and joint_type:
+            names = [name for c in joint_type.efforts.values() for name in (c.position, c.velocity)]
+            if variable not in names:
+                remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
+                remedy = f"it has {', '.join(names)}" if names else remedy
+                return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
         return None
-
-    def _has(self, joint: Joint, variable: str) -> bool:
-        """True of a joint of a known type with a coordinate, or its rate, of that name."""
-        if joint.type not in self.types:
-            return False
-        coordinates = self.types[joint.type].coordinates
-        return (
-            any(variable in (c.position, c.velocity) for c in coordinates)
-            and not self.types[joint.type].is_free
-        )
-
-    def _with_kind(self, element: str, variable: str) -> str:
-        """A remedy for ``hinge.q``, which lacks what `element` is."""
-        groups = {"joint": self.names.joints, "body": self.names.bodies, "point": self.names.points}
-        meant = [
-            f"{kind}.{element}.{variable}"
-            for kind, declared in groups.items()
-            if element in declared and variable in self.motion[kind]
-        ]
-        return f"did you mean {meant[0]!r}?" if meant else ""
 
     def _ends(self, at: Location, load: Any) -> Iterator[ModelFinding]:
         """The bodies, points or joint on which a load acts."""
@@ -152,11 +126,6 @@ class LoadChecks:
             return
         for index, end in enumerate(ends):
             place = (*at, field, index)
-            if field == "points" and end not in known and end in self.names.bodies | {GROUND}:
-                origin = "[0, 0]" if self.known.dimensions == 2 else "[0, 0, 0]"
-                remedy = f"add a point of it: {{body: {end}, at: {origin}}}"
-                yield ModelFinding(place, f"{end!r} is a body, not a point", remedy)
-                continue
             yield from reference(place, end, known, field)
         if ends[0] == ends[1]:
             yield ModelFinding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity, Vector
-from m4e_fmi.model.loads import Load
-from m4e_fmi.model.table import Table
+from m4e_fmi.model.checks import doubts, findings, findings_with, lacking
+from m4e_fmi.model.findings import ModelFinding
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.shown import Displayed, listing
-
-if TYPE_CHECKING:
-    from m4e_fmi.model.findings import ModelFinding
-
-STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
 
 
 @dataclass(frozen=True)
-class Model(Displayed):
+class Model(Groups, Displayed):
     """A multibody system: names map to elements, in the order they were given.
 
     With `dimensions` 2 it lies in the X–Z plane, with 3 it moves in space. `gravity` is the
@@ -28,23 +23,10 @@ class Model(Displayed):
     all problems, on construction.
     """
 
-    name: str
-    bodies: Mapping[str, Body]
-    joints: Mapping[str, Joint]
-    points: Mapping[str, Point] = field(default_factory=dict)
-    loads: Mapping[str, Load] = field(default_factory=dict)
-    parameters: Mapping[str, Parameter] = field(default_factory=dict)
-    tables: Mapping[str, Table] = field(default_factory=dict)
-    gravity: Quantity | Vector = STANDARD_GRAVITY
-    description: str = ""
-    dimensions: Literal[2, 3] = 2
-
     _warnings: ClassVar[tuple[Problem, ...]] = ()  # no fields: they follow from the others
     _lacking: ClassVar[Mapping[str, Problem]] = MappingProxyType({})
 
     def __post_init__(self) -> None:
-        from m4e_fmi.model.checks import findings
-
         problems = [
             Problem(f"{group}: expected elements by name, got {type(given).__name__}", remedy)
             for group in ("bodies", "joints", "points", "loads", "parameters", "tables")
@@ -66,11 +48,14 @@ class Model(Displayed):
         """Parameters without a value, each with the problem that it is where no value is given."""
         return self._lacking
 
-    def place_warnings(self, place: Callable[[ModelFinding], Problem]) -> Model:
-        """This model; its warnings, and what it lacks, are where `place` puts them from now on."""
-        from m4e_fmi.model.checks import doubts, lacking
+    def place_warnings(
+        self, place: Callable[[ModelFinding], Problem], more: Iterable[Problem] = ()
+    ) -> Model:
+        """This model; its warnings, and what it lacks, are where `place` puts them from now on.
 
-        object.__setattr__(self, "_warnings", tuple(map(place, doubts(self))))
+        There may be `more` warnings, of the file that it was read from.
+        """
+        object.__setattr__(self, "_warnings", (*map(place, doubts(self)), *more))
         problems = {name: place(finding) for name, finding in lacking(self)}
         object.__setattr__(self, "_lacking", problems)
         object.__setattr__(self, "_place", place)
@@ -82,25 +67,18 @@ class Model(Displayed):
 
     def check_of(self, names: Collection[str]) -> Callable[[Mapping[str, float]], list[Problem]]:
         """`problems_with` for many sets of values of the same `names`."""
-        from m4e_fmi.model.checks import findings_with
-
         own = [name for name in names if name in self.parameters]
         place: Callable[[ModelFinding], Problem] = vars(self)["_place"]
-        findings = findings_with(self, own)
+        check = findings_with(self, own)
 
         def problems(values: Mapping[str, float]) -> list[Problem]:
             given = {name: values[name] for name in own}
-            found = [*findings(given)] if given else []
+            found = [*check(given)] if given else []
             told = ", ".join(f"{name} = {value:g}" for name, value in given.items())
             placed = map(place, found)
             return [replace(p, message=f"{p.message} (with {told})") for p in placed]
 
         return problems
-
-    def with_warnings(self, warnings: Iterable[Problem]) -> Model:
-        """This model with these warnings, its own and those of the file that it was read from."""
-        object.__setattr__(self, "_warnings", tuple(warnings))
-        return self
 
     def _problem(self, finding: ModelFinding) -> Problem:
         place = ".".join(map(str, finding.location))

@@ -8,13 +8,16 @@ from collections.abc import Mapping
 from dataclasses import MISSING, field
 from functools import cache, reduce
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Literal, TypeGuard
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from m4e_fmi.model.expression import FUNCTIONS, Expression, ExpressionError, parse
 
 if TYPE_CHECKING:
     import sympy
 
+Quantity: TypeAlias = "float | str | Expression | sympy.Expr"
+Vector: TypeAlias = "tuple[Quantity, ...]"
+"""(x, z) in a model of the plane, (x, y, z) in one of space."""
 Bound = Literal["", "positive", "not negative", "seldom negative"]
 
 
@@ -63,7 +66,7 @@ def as_expression(value: float | str | Expression | sympy.Expr) -> Expression:
         return value
     if isinstance(value, str):
         return parse(value)
-    if "sympy" in sys.modules and _is_sympy(value):
+    if (sympy := sys.modules.get("sympy")) and isinstance(value, sympy.Basic):
         return _from_sympy(value)
     item = getattr(value, "item", None)
     if item is not None and getattr(value, "shape", None) == ():  # an array without dimensions
@@ -73,13 +76,6 @@ def as_expression(value: float | str | Expression | sympy.Expr) -> Expression:
     if not math.isfinite(value):
         raise ExpressionError(f"expected a finite number, got {value}")
     return Expression("number", (float(value),))
-
-
-def _is_sympy(value: object) -> TypeGuard[sympy.Basic]:
-    """True for an object of SymPy."""
-    import sympy
-
-    return isinstance(value, sympy.Basic)
 
 
 def _from_sympy(node: sympy.Basic) -> Expression:

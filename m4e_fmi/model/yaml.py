@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, fields
 from functools import reduce
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
@@ -19,12 +18,10 @@ from pydantic import (
     ValidationInfo,
     create_model,
 )
-from pydantic_core import PydanticKnownError
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import heading, read_columns
 from m4e_fmi.files.document import Document, Location, Section, rejected
-from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.checks import group_findings
 from m4e_fmi.model.elements import (
     AngleReference,
@@ -35,9 +32,9 @@ from m4e_fmi.model.elements import (
     Point,
 )
 from m4e_fmi.model.findings import ModelFinding, Names
-from m4e_fmi.model.joint_checks import joint_type_elsewhere
+from m4e_fmi.model.groups import STANDARD_GRAVITY, Groups
 from m4e_fmi.model.loads import LOAD_TYPES, Load
-from m4e_fmi.model.model import STANDARD_GRAVITY, Model
+from m4e_fmi.model.model import Model
 from m4e_fmi.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
 from m4e_fmi.model.table import Table
 
@@ -68,16 +65,6 @@ def _vector(value: object, info: ValidationInfo) -> object:
     return value
 
 
-def _joint_type(value: object) -> str:
-    """The name of a type of joint as it is; any other is rejected with a remedy."""
-    if isinstance(value, str) and any(value in types for types in JOINT_TYPES.values()):
-        return value
-    if isinstance(value, str) and (meant := joint_type_elsewhere(value)):
-        raise rejected(f"unknown type {value!r}", meant)
-    known = dict.fromkeys(name for types in JOINT_TYPES.values() for name in types)
-    raise PydanticKnownError("literal_error", {"expected": ", ".join(known)})
-
-
 def _unit(value: object) -> str:
     """A unit as it is; the number 1 is the text."""
     if isinstance(value, str):
@@ -85,10 +72,6 @@ def _unit(value: object) -> str:
     if not isinstance(value, bool) and value == 1:
         return "1"
     raise rejected(f"unit: expected a unit, got {value!r}", "write one like N/m, or 1 for none")
-
-
-def _number_text_or_nothing(value: object) -> float | str | None:
-    return None if value is None else _number_or_text(value)
 
 
 Quantity = Annotated[float | str, BeforeValidator(_number_or_text)]
@@ -102,7 +85,7 @@ UnitText = Annotated[str, BeforeValidator(_unit)]
 
 _FIELD_TYPES: dict[str, object] = {
     "Quantity": Quantity,
-    "Quantity | None": Annotated[float | str | None, BeforeValidator(_number_text_or_nothing)],
+    "Quantity | None": Quantity | None,
     "QuantityOrVector": Numbers,
     "Inertia": Numbers,
     "Vector": Vector,
@@ -182,7 +165,7 @@ if TYPE_CHECKING:
     BodySection = JointSection = PointSection = LoadSection = Section
 else:
     BodySection = _section(Body, shape=(ShapeSection | None, None))
-    JointSection = _section(Joint, type=(Annotated[str, BeforeValidator(_joint_type)], ...))
+    JointSection = _section(Joint)
     PointSection = _section(Point)
     sections = (_section(kind, type=(Literal[name], ...)) for name, kind in LOAD_TYPES.items())
     LoadSection = Annotated[reduce(operator.or_, sections), Field(discriminator="type")]
@@ -205,6 +188,10 @@ class ModelSection(Section):
 
 def model_of(document: Document) -> Model:
     """The model in `document`; InputError with every problem found, placed in the file."""
+
+    def placed(finding: ModelFinding) -> Problem:
+        return document.problem(finding.location, finding.message, finding.remedy)
+
     section, problems = document.validate_as_far_as_possible(
         ModelSection, required={"name": "unnamed"}
     )
@@ -216,22 +203,19 @@ def model_of(document: Document) -> Model:
         groups = _elements(section, shapes)
         groups["tables"], unread_tables = _tables(section, document.path.parent)
         unread += unread_tables
-        problems += [document.problem(f.location, f.message, f.remedy) for f in unread]
-        namespace = SimpleNamespace(
-            gravity=section.gravity, dimensions=section.dimensions, **groups
+        problems += map(placed, unread)
+        model = Groups(
+            name=section.name,
+            description=section.description,
+            gravity=section.gravity,
+            dimensions=section.dimensions,
+            **groups,
         )
         complete = all(_is_whole(document, groups, group) for group in ("bodies", "joints"))
-        found = group_findings(namespace, names, complete=complete)
+        found = group_findings(model, names, complete=complete)
         if not found and not problems:
-            model = Model(
-                name=section.name,
-                description=section.description,
-                gravity=section.gravity,
-                dimensions=section.dimensions,
-                **groups,
-            )
-            return model.place_warnings(lambda f: document.problem(f.location, f.message, f.remedy))
-        problems += [document.problem(f.location, f.message, f.remedy) for f in found]
+            return Model(**vars(model)).place_warnings(placed)
+        problems += map(placed, found)
     raise InputError(problems)
 
 

@@ -20,13 +20,13 @@ from m4e_fmi.joints import Frame, PointMotion
 from m4e_fmi.model import Model, Table
 from m4e_fmi.model.elements import (
     GROUND,
-    gravity_of,
     inertia_of,
     neutral_mass,
     quantity,
     vector,
 )
 from m4e_fmi.model.expression import NOTHING, Expression, Values
+from m4e_fmi.model.groups import gravity_of
 from m4e_fmi.multibody.loads import Acting, acting
 from m4e_fmi.multibody.topology import Lookup, ModelState, MotionValues, Topology, frames, in_space
 from m4e_fmi.program import AnyScalar

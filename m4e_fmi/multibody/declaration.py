@@ -12,12 +12,12 @@ from m4e_fmi.model import Model
 from m4e_fmi.model.checks import bounded_parameters
 from m4e_fmi.model.elements import (
     GROUND,
-    gravity_of,
     neutral_mass,
     parameter_values,
     vector,
 )
 from m4e_fmi.model.expression import Values
+from m4e_fmi.model.groups import gravity_of
 from m4e_fmi.model.quantity import as_expression, quantities_of
 from m4e_fmi.multibody.assembly import Scalars
 from m4e_fmi.multibody.topology import Topology, TreeLink

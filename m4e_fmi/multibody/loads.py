@@ -25,10 +25,10 @@ from m4e_fmi.model import (
     TorsionDamper,
     TorsionSpring,
 )
-from m4e_fmi.model.antiderivative import potential
-from m4e_fmi.model.elements import parameter_values, quantity, vector
+from m4e_fmi.model.elements import quantity, vector
 from m4e_fmi.model.expression import NOTHING
 from m4e_fmi.model.loads import Load
+from m4e_fmi.model.potential import potential
 from m4e_fmi.model.quantity import quantities_of
 from m4e_fmi.multibody.topology import MotionValues, in_space
 from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, sign, tanh
@@ -262,7 +262,7 @@ def _by_law(
     values = motion.with_(**{variable: e, speed: rate})
     energy = None
     if _is_constant(load, motion, allowed=variable):
-        energy = potential(law, variable, parameter_values(motion.state.model.parameters))
+        energy = potential(law, variable)
     return law.evaluate(values), None if energy is None else energy.evaluate(values)
 
 

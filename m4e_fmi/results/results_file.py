@@ -41,13 +41,15 @@ from m4e_fmi.results.row_file import (
     blocks_of_rows,
 )
 from m4e_fmi.results.series import Series, as_dataset, recorded_as
-from m4e_fmi.shown import Animated, Displayed, listing, span, views
+from m4e_fmi.shown import Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
     from netCDF4 import Dataset, Variable
+
+    from m4e_fmi.notebook.views import Animation
 
 NETCDF, CSV = ".nc", ".csv"
 FORMAT = "m4e_fmi_format"
@@ -119,7 +121,7 @@ class Results(Displayed):
         """
         return views().figure(self, names)
 
-    def animate(self) -> Animated:
+    def animate(self) -> Animation:
         """The animation of a run; it is shown by a notebook, and written by its `save`.
 
         InputError for results without a scene.

@@ -235,22 +235,17 @@ def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task],
     if method not in METHODS:
         remedy = suggestion(method, METHODS, "methods")
         raise InputError.single(f"there is no method {method!r}", remedy)
-    if step_size is not None:
-        _check_step_size(step_size, method)
+    if step_size is not None and not (step_size > 0 and np.isfinite(step_size)):
+        raise InputError.single(f"the step size must be positive, got {step_size}")
+    if step_size is not None and method != FIXED:
+        message = f"{method} chooses its steps: it takes no step size"
+        raise InputError.single(message, f"give a tolerance, or the method {FIXED}")
     if method in RUNTIME_METHODS and library() is not None:
         return method, solve_compiled
     if method == FIXED:
         message = f"the method {FIXED} needs the runtime's library: {library_detail()}"
         raise RunError(message, f"take the method {PYTHON}, which controls its error")
     return PYTHON, solve_python
-
-
-def _check_step_size(step_size: float, method: str) -> None:
-    if not (step_size > 0 and np.isfinite(step_size)):
-        raise InputError.single(f"the step size must be positive, got {step_size}")
-    if method != FIXED:
-        message = f"{method} chooses its steps: it takes no step size"
-        raise InputError.single(message, f"give a tolerance, or the method {FIXED}")
 
 
 def _watched(program: Program, events: Sequence[Watch]) -> tuple[Program, tuple[Watch, ...]]:

@@ -36,7 +36,10 @@ def started(
     if unknown := unknown_names(values, units, complaint, "start values"):
         raise UnknownNameError(unknown)
     numbers = _numbers(units, values)
-    result = program.with_start(_of_attitudes(numbers, states))
+    try:
+        result = program.with_start(with_quaternions(numbers, states))
+    except ValueError as error:
+        raise InputError.single(f"an attitude is given twice: {error}") from error
     lacking = model.lacking if model else {}
     wrong = model.problems_with(numbers) if model else []
     wrong = wrong or [
@@ -72,10 +75,3 @@ def _numbers(units: Mapping[str, str], values: Mapping[str, float | str]) -> dic
     if bad:
         raise InputError.single(f"start values must be finite numbers: {', '.join(bad)}")
     return numbers
-
-
-def _of_attitudes(numbers: Mapping[str, float], states: Mapping[str, float]) -> dict[str, float]:
-    try:
-        return with_quaternions(numbers, states)
-    except ValueError as error:
-        raise InputError.single(f"an attitude is given twice: {error}") from error

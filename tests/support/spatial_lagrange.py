@@ -11,7 +11,8 @@ from support.programs import Evaluated
 from support.spatial_trees import spatial_tree
 
 from m4e_fmi.model import Model
-from m4e_fmi.model.elements import gravity_of, inertia_of, parameter_values, quantity, vector
+from m4e_fmi.model.elements import inertia_of, parameter_values, quantity, vector
+from m4e_fmi.model.groups import gravity_of
 from m4e_fmi.multibody import topology
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded

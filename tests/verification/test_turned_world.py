@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.model import Model, load_model
-from m4e_fmi.model.elements import gravity_of, inertia_of, parameter_values, vector
+from m4e_fmi.model.elements import inertia_of, parameter_values, vector
+from m4e_fmi.model.groups import gravity_of
 from m4e_fmi.multibody import model_program
 from m4e_fmi.runtime.engine import Control, Engine, Run
 

@@ -112,7 +112,8 @@ def _weights(
 def model_gravity(system: System, descriptions: Descriptions, name: str) -> float | None:
     """The gravity [m/s2] towards −Z of a component that is built from a model still there."""
     from m4e_fmi.model import load_model
-    from m4e_fmi.model.elements import gravity_of, parameter_values
+    from m4e_fmi.model.elements import parameter_values
+    from m4e_fmi.model.groups import gravity_of
 
     (component,) = (c for c in system.components if c.name == name)
     if not isinstance(component.source, ModelFile):

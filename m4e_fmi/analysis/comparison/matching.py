@@ -11,7 +11,7 @@ from pathlib import Path
 from m4e_fmi.errors import InputError, Problem, suggestion, unknown_names
 from m4e_fmi.files.csv_columns import heading
 from m4e_fmi.results.compared_file import ComparedFile, TableVariable
-from m4e_fmi.units import parse_unit, parse_unit_like
+from m4e_fmi.units import parse_unit
 
 _MOST_SHOWN = 4
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -195,15 +195,9 @@ def _unit(variable: TableVariable, reference: TableVariable) -> tuple[str, float
         return known, 1.0, f"{name!r} says no unit: taken as {known}"
     if own == other:
         return own, 1.0, ""
-    mine = parse_unit_like(own, parse_unit(other))
-    theirs = parse_unit_like(other, mine)
+    mine, theirs = parse_unit(own), parse_unit(other)
     if not mine.same_dimension(theirs):
         raise ValueError(f"{own} and {other} are of different dimension")
     factor = theirs.factor / mine.factor
-    meant = [
-        f"{text} taken as {unit.text}"
-        for text, unit in ((own, mine), (other, theirs))
-        if unit.text != text
-    ]
-    told = [] if factor == 1.0 else [f"{reference.name!r} converted from {other} to {own}"]
-    return own, factor, ", ".join([*told, *meant])
+    told = "" if factor == 1.0 else f"{reference.name!r} converted from {other} to {own}"
+    return own, factor, told

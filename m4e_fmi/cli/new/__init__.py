@@ -10,7 +10,6 @@ import keyword
 import re
 import shlex
 import sys
-import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -152,7 +151,7 @@ def _wrong_name(name: str, *, is_code: bool) -> Iterator[Problem]:
 
     if not _NAME.fullmatch(name):
         message = f"{name!r} is not a name: it takes a letter, then letters, digits and _"
-        yield Problem(message, f"take {_proposed(name)}")
+        yield Problem(message, "take one such as my_buoy")
     elif len(name) > LONGEST:
         yield Problem(f"the name has {len(name)} characters, and may have {LONGEST}")
     elif is_device(name):
@@ -161,13 +160,6 @@ def _wrong_name(name: str, *, is_code: bool) -> Iterator[Problem]:
         yield Problem(f"{name} is a word or a module of Python", f"take my_{name}")
     elif is_code and find_spec(name) is not None:
         yield Problem(f"a Python package {name} is installed already", f"take my_{name}")
-
-
-def _proposed(name: str) -> str:
-    """A valid name that is like `name`."""
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    plain = re.sub(r"\W+", "_", plain).strip("_")[:LONGEST]
-    return plain if _NAME.fullmatch(plain) else f"my_{plain}".rstrip("_")
 
 
 def _occupied(folder: Path, texts: dict[Path, str]) -> Iterator[Problem]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.log import count, note, warn
 from m4e_fmi.errors import InputError, Problem
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from m4e_fmi.model import Model
     from m4e_fmi.program import Program
 
-Given = ParamSpec("Given")
-Result = TypeVar("Result")
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
 REPORT = ".report.html"
@@ -272,32 +270,3 @@ def load_system(path: Path) -> System:
     for line in system.notes:
         warn(f"{path}: {line}")
     return system
-
-
-class Gathered:
-    """Problems of several steps, of which a later one is taken although an earlier one failed.
-
-    >>> with Gathered() as gathered:
-    ...     path = gathered.of(checked, "x.txt")  # None if it raises an InputError
-    """
-
-    def __init__(self) -> None:
-        self.problems: list[Problem] = []
-
-    def of(
-        self, step: Callable[Given, Result], *given: Given.args, **named: Given.kwargs
-    ) -> Result | None:
-        """The result of a step; None if it has raised an InputError."""
-        try:
-            return step(*given, **named)
-        except InputError as error:
-            self.problems += error.problems
-        return None
-
-    def __enter__(self) -> Gathered:
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        """InputError with all problems; other errors pass."""
-        if kind is None and self.problems:
-            raise InputError(dict.fromkeys(self.problems))

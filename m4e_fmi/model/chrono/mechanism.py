@@ -8,95 +8,45 @@ for a hinge whose child is turned about its axis in the file, and for attitudes.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import cycle
-from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation as Turn
 
-from m4e_fmi.joints import JOINT_TYPES, JointType, attitude
+from m4e_fmi.joints import JOINT_TYPES, Coordinate, JointType, attitude
 from m4e_fmi.model.chrono.names import Places, fresh
-from m4e_fmi.model.chrono.rotation import (
-    DIGITS,
-    Array,
-    Quaternion,
-    Vector3,
-    angle_about,
-    matrix,
-    product,
-    quaternion,
-    rounded,
-    turned_about,
-)
 from m4e_fmi.model.chrono.sections import (
     BodySection,
     InertiaSection,
     JointSection,
     ModelSection,
     MotorSection,
+    RsdaSection,
+    TsdaSection,
 )
-from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity, Vector, identifier
+from m4e_fmi.model.elements import GROUND, Body, Joint, identifier
 from m4e_fmi.space import Rotation
 
-SMALL = 1e-6
-"""Size that counts as zero beside 1: of directions, of positions in metres, of rates."""
+Array = NDArray[np.float64]
+Vector3 = tuple[float, float, float]
 Joining = JointSection | MotorSection
-_OURS = {"LOCK": "fixed"}
-
-
-@dataclass(frozen=True)
-class Edge:
-    """Something that joins two bodies; the ground stands for all fixed ones."""
-
-    joining: Joining
-    bodies: tuple[str, str]
+SMALL = 1e-6
+"""Size that counts as zero beside 1: of directions, of angles, of rates."""
+DIGITS = 13
+"""Decimals [m] that are kept: what rounding leaves of a zero is a zero."""
 
 
 @dataclass(frozen=True)
 class Branch:
-    """`child` hangs on `parent` by `joining`; None where it floats."""
+    """`child` hangs on `parent` by `joining`, in a joint of this `kind`; None where it floats."""
 
     child: str
     parent: str
     joining: Joining | None
-
-
-def branches(bodies: Iterable[str], edges: Sequence[Edge]) -> tuple[list[Branch], list[Edge]]:
-    """A branch for every body, parents first, and the edges that would close a loop.
-
-    Of bodies that are joined to the ground by nothing, the first in the list floats.
-    """
-    at: dict[str, list[Edge]] = {}
-    for edge in edges:
-        for body in edge.bodies:
-            at.setdefault(body, []).append(edge)
-    grown: list[Branch] = []
-    used: set[int] = set()
-    reached = {GROUND}
-    grown += _grow(GROUND, at, reached, used)
-    for body in bodies:
-        if body not in reached:
-            reached.add(body)
-            grown.append(Branch(body, GROUND, None))
-            grown += _grow(body, at, reached, used)
-    return grown, [edge for edge in edges if id(edge) not in used and set(edge.bodies) != {GROUND}]
-
-
-def _grow(
-    root: str, at: Mapping[str, list[Edge]], reached: set[str], used: set[int]
-) -> Iterator[Branch]:
-    """Branches from `root`, by distance from it; marks bodies and edges."""
-    waiting = [root]
-    for parent in waiting:  # grows while it is walked through
-        for edge in at.get(parent, ()):
-            first, second = edge.bodies
-            child = second if first == parent else first
-            if child not in reached:
-                reached.add(child)
-                used.add(id(edge))
-                waiting.append(child)
-                yield Branch(child, parent, edge.joining)
+    kind: JointType
 
 
 @dataclass(frozen=True)
@@ -123,13 +73,11 @@ class Pose:
 
 
 class Mechanism:
-    """Bodies and joints of a Chrono model in space; findings go to `places`.
+    """Bodies and joints of a Chrono model; findings go to `places`.
 
-    A vector of the file is (x, y, z) in world axes at the start; those of a Model have its
-    `dimensions`.
+    A vector of the file is (x, y, z) in world axes at the start. Of bodies that are joined to the
+    ground by nothing, the first in the list floats.
     """
-
-    dimensions: Literal[2, 3] = 3
 
     def __init__(self, model: ModelSection, places: Places) -> None:
         self.model, self.places = model, places
@@ -137,22 +85,33 @@ class Mechanism:
         self.joint_of: dict[str, str] = {}
         self.poses: dict[str, Pose] = {GROUND: Pose()}
         self.angles: dict[str, float] = {}  # [rad] of hinges at the start, by their children
-        self.branches, self.loops = branches(self.moving, self._edges())
+        self.branches: dict[str, Branch] = {}  # by their children, parents first
+        self._joinings = [*model.joints, *filter(guides, model.motors)]
+        self._grow(GROUND)
+        for body in self.moving:
+            if body not in self.branches:
+                self.branches[body] = Branch(body, GROUND, None, JOINT_TYPES[3]["floating"])
+                self._grow(body)
+
+    def _grow(self, root: str) -> None:
+        """Add the branches from `root`, by their distance from it."""
+        waiting = [root]
+        for parent in waiting:  # grows while it is walked through
+            for joining in self._joinings:
+                first, second = self.ends(joining)
+                child = second if first == parent else first
+                if parent in (first, second) and child not in (GROUND, *self.branches):
+                    kind = JOINT_TYPES[3][kind_name(joining)]
+                    self.branches[child] = Branch(child, parent, joining, kind)
+                    waiting.append(child)
+
+    def ends(self, element: Joining | TsdaSection | RsdaSection) -> tuple[str, str]:
+        """The two bodies of an element."""
+        return self.holder(element.body1), self.holder(element.body2)
 
     def holder(self, body: str) -> str:
-        """The moving body of this name, or the ground."""
+        """The moving body of this name, or the ground, which stands for all fixed ones."""
         return body if body in self.moving else GROUND
-
-    def kind(self, joining: Joining | None) -> JointType:
-        """The type of our joint in space."""
-        return JOINT_TYPES[3][kind_name(joining)]
-
-    def _edges(self) -> list[Edge]:
-        motors = [m for m in self.model.motors if guides(m)]
-        return [
-            Edge(joining, (self.holder(joining.body1), self.holder(joining.body2)))
-            for joining in (*self.model.joints, *motors)
-        ]
 
     def bodies(self) -> dict[str, Body]:
         """The bodies that move, by name; incomplete ones are reported and left out."""
@@ -163,135 +122,92 @@ class Mechanism:
                 self.places.say(body, f"body {body.name!r} moves, but has no {missing}", (),
                                 f"add '{missing}: …', or 'fixed: true'")  # fmt: skip
                 continue
-            axes = self._axes(body)
-            if axes is not None:
-                inertia = self._inertia(body, body.inertia, axes)
-                result[identifier(body.name)] = Body(body.mass, inertia, f"Body {body.name}")
+            inertia = self._inertia(body, body.inertia)
+            result[identifier(body.name)] = Body(body.mass, inertia, f"Body {body.name}")
         return result
-
-    def _axes(self, body: BodySection) -> Quaternion | None:
-        """Axes of the centroidal frame; None, with a finding, if the file gives none."""
-        degrees = self.model.angle_degrees
-        try:
-            own = quaternion(body.orientation, degrees=degrees)
-            return product(own, quaternion(body.com.orientation, degrees=degrees))
-        except ValueError as error:
-            self.places.say(body, str(error), ("orientation",), "no turn is [1, 0, 0, 0]")
-            return None
 
     def joints(self) -> dict[str, Joint]:
         """A joint for every body; also finds the start poses, parents first."""
-        for edge in self.loops:
-            self._report_loop(edge)
+        used = {id(branch.joining) for branch in self.branches.values()}
+        for joining in self._joinings:
+            if id(joining) not in used and set(self.ends(joining)) != {GROUND}:
+                message = f"{joining.name!r} closes a loop of bodies, which cannot be represented"
+                remedy = "cut the loop: remove it, or put a stiff spring and damper in its place"
+                if isinstance(joining, MotorSection):
+                    remedy = "cut the loop, or let it act on a joint that is there: FREE"
+                self.places.say(joining, message, (), remedy)
         result: dict[str, Joint] = {}
-        for branch in self.branches:
+        for branch in self.branches.values():
             said = branch.joining.name if branch.joining else f"{branch.child}_free"
             name = fresh(identifier(said), result)
-            axes = self._axes(self.moving[branch.child])
-            joint = None
-            if axes is None:
-                self.poses[branch.child] = Pose()
-            else:
-                joint = self._joint(branch, axes)
+            joint = self._joint(branch)
             if joint is not None:
                 self.joint_of[branch.child] = name
                 result[name] = joint
         return result
 
-    def _report_loop(self, edge: Edge) -> None:
-        joining = edge.joining
-        if isinstance(joining, MotorSection) and self.branch_of(joining):
-            return
-        message = f"{joining.name!r} closes a loop of bodies, which cannot be represented"
-        remedy = "cut the loop: remove it, or put a stiff spring and damper in its place"
-        self.places.say(joining, message, (), remedy)
-
-    def branch_of(self, motor: MotorSection) -> Branch | None:
-        """The branch along whose coordinate a motor acts: its own, or one with the same freedom."""
-        for branch in self.branches:
-            joining = branch.joining
-            if joining is motor:
-                return branch
-            if (
-                guides(motor)
-                and joining is not None
-                and self._moves_along(branch, motor)
-                and (motor.type == "LINEAR" or on_line(joining, motor.location))
-            ):
-                return branch
+    def freedom(
+        self, element: MotorSection | RsdaSection, unit: str
+    ) -> tuple[Branch, Coordinate] | None:
+        """The joint, and its coordinate in m or rad, along or about the axis of an element."""
+        for branch in self.branches.values():
+            axis = branch.joining.axis if branch.joining and len(branch.kind.vectors) == 1 else None
+            joins = set(self.ends(element)) == {branch.child, branch.parent}
+            if axis and joins and parallel(axis, element.axis):
+                for coordinate in branch.kind.coordinates:
+                    if coordinate.unit == unit:
+                        return branch, coordinate
         return None
 
-    def _moves_along(self, branch: Branch, motor: MotorSection) -> bool:
-        """True of a branch of the motor's bodies with the motor's freedom."""
-        slides = motor.type == "LINEAR"
-        name = kind_name(branch.joining)
-        fits = name == "cylindrical" or name == ("prismatic" if slides else "revolute")
-        ends = {self.holder(motor.body1), self.holder(motor.body2)}
-        return fits and self.is_along(branch, ends, motor.axis)
-
-    def is_along(self, branch: Branch, ends: set[str], axis: Vector3) -> bool:
-        """True of a branch that joins two bodies along or about this one axis."""
-        own = (branch.joining and branch.joining.axis) or (0.0, 0.0, 0.0)
-        return {branch.child, branch.parent} == ends and parallel(own, axis)
-
-    def at(self, body: str, place: Sequence[float]) -> Vector:
-        """A place in the world as a point of a body (or the ground), from its CG [m]."""
+    def at(self, body: str, place: Sequence[float] | Array) -> Vector3:
+        """A `place` (3,) [m] in the world as a point of a body (or the ground), from its CG."""
         pose = self.poses[self.holder(body)]
         return pose.local(np.array(place) - pose.place)
 
-    def in_world(self, vector: Sequence[float]) -> tuple[float, ...]:
-        """A force or moment in world axes."""
-        x, y, z = vector
-        return x, y, z
-
-    def in_body(self, body: str, vector: Sequence[float]) -> tuple[float, ...]:
-        """A force or moment in world axes at the start as one in axes of a body."""
-        return self.poses[body].local(np.array(vector))
-
-    def centroidal(self, body: str, vector: Sequence[float]) -> Vector3:
-        """A vector in axes of Chrono's centroidal frame of a body as one in world axes."""
-        return rounded(self.poses[body].axes @ vector)
-
-    def center(self, body: str) -> Vector3:
-        """The centre of gravity of a body at the start [m]."""
-        return rounded(self.poses[body].place)
-
-    def _inertia(
-        self, body: BodySection, inertia: InertiaSection, axes: Quaternion
-    ) -> float | tuple[float, ...]:
+    def _inertia(self, body: BodySection, inertia: InertiaSection) -> tuple[float, ...]:
         """Moments, and products if there are any; of what `joints` has given a pose."""
-        given = tensor_of(inertia)
-        ours = self.poses[body.name].turn.T @ matrix(axes)
+        xx, yy, zz = inertia.moments
+        xy, xz, yz = inertia.products
+        given = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        pose = self.poses[body.name]
+        ours = pose.turn.T @ pose.axes
         tensor = ours @ given @ ours.T
         products = np.array([tensor[0, 1], tensor[1, 2], tensor[0, 2]])
         products[np.abs(products) < 10.0**-DIGITS * np.abs(given).max()] = 0.0
         parts = [*np.diag(tensor), *(products if products.any() else ())]
         return tuple(map(float, parts))
 
-    def _turn(self, orientation: Quaternion) -> Array:
-        """The rotation (3, 3) of a body that counts of its orientation in the file."""
-        return matrix(orientation)
+    def _matrix(self, orientation: Sequence[float]) -> Array:
+        """The rotation (3, 3) of a quaternion, or of angles as R_z·R_y·R_x (ReadCardanAngles)."""
+        if len(orientation) == 4:
+            return Turn.from_quat(orientation, scalar_first=True).as_matrix()
+        degrees = self.model.angle_degrees
+        return Turn.from_euler("ZYX", orientation, degrees=degrees).as_matrix()
 
-    def _joint(self, branch: Branch, axes: Quaternion) -> Joint | None:
+    def _joint(self, branch: Branch) -> Joint | None:
         body, parent = self.moving[branch.child], self.poses[branch.parent]
-        orientation = quaternion(body.orientation, degrees=self.model.angle_degrees)
-        place = np.array(body.location) + matrix(orientation) @ body.com.location
-        file_axes = self._turn(orientation)
-        joining, kind = branch.joining, self.kind(branch.joining)
-        lines = self._lines(branch, kind)
+        file_axes = self._matrix(body.orientation)
+        place = np.array(body.location) + file_axes @ body.com.location
+        axes = file_axes @ self._matrix(body.com.orientation)
+        joining, kind = branch.joining, branch.kind
+        lines = self._lines(branch)
         if lines is None:
-            self.poses[body.name] = Pose(place, file_axes, matrix(axes))
+            self.poses[body.name] = Pose(place, file_axes, axes)
             return None
         angle, turn = 0.0, file_axes
         if not kind.has_quaternion:
+            turn = parent.turn
             if kind.axes == ("axis",):  # a hinge
                 angle = angle_about(lines[0], file_axes @ parent.turn.T)
-            turn = matrix(turned_about(lines[0], angle)) @ parent.turn if angle else parent.turn
-        pose, rates = self._started(branch, kind, Pose(place, turn, matrix(axes)), lines)
+                turn = Turn.from_rotvec(angle * lines[0]).as_matrix() @ turn
+        pose, rates = self._started(branch, Pose(place, turn, axes), lines)
         self.poses[body.name], self.angles[body.name] = pose, angle
-        initial = starts(kind, [*_coordinates(kind, pose, angle), *rates])
+        values = [angle if c.is_angle else 0.0 for c in kind.coordinates]
+        if kind.has_quaternion:
+            values = [*(pose.place if joining is None else ()), *attitude(Rotation(turn.tolist()))]
+        initial = dict(zip(kind.start_keys, map(float, [*values, *rates]), strict=True))
         if joining is None:
-            return Joint(kind.name, identifier(body.name), initial=initial)
+            return Joint(kind.name, identifier(body.name), initial=dict(initial))
         where = np.array(joining.location)
         return Joint(
             kind.name,
@@ -299,49 +215,43 @@ class Mechanism:
             identifier(branch.parent) if branch.parent != GROUND else GROUND,
             parent.local(where - parent.place),
             pose.local(place - where),
-            initial=initial,
+            initial=dict(initial),
             **dict(zip(kind.vectors, map(parent.local, lines), strict=True)),  # pyrefly: ignore[bad-argument-type]
         )
 
-    def _lines(self, branch: Branch, kind: JointType) -> list[Array] | None:
-        """The axes and directions of a joint, of length 1 in the world; None, with a finding."""
-        joining = branch.joining
-        if joining is None or not kind.vectors:
-            return []
-        if isinstance(joining, JointSection) and joining.type == "UNIVERSAL":
-            return self._cross(joining, branch)
-        if joining.axis is None or math.hypot(*joining.axis) == 0:
-            message = f"{joining.name!r} has no axis"
-            self.places.say(joining, message, ("axis",), "add 'axis: [x, y, z]'")
-            return None
-        return [np.array(unit(joining.axis))]
+    def _lines(self, branch: Branch) -> list[Array] | None:
+        """The axes and directions of a joint, of length 1 in the world; None, with a finding.
 
-    def _cross(self, joint: JointSection, branch: Branch) -> list[Array] | None:
-        """The axes of a universal joint: that in the parent, and that in the child.
-
-        As Chrono does it, axis1 is fixed in body1 and the part of axis2 at right angles to it in
-        body2.
+        Of a universal joint the one in the parent comes first. As Chrono does it, axis1 is fixed in
+        body1 and the part of axis2 at right angles to it in body2.
         """
-        first, second = joint.axis1 or (0.0, 0.0, 0.0), joint.axis2 or (0.0, 0.0, 0.0)
-        for key, axis in (("axis1", first), ("axis2", second)):
-            if math.hypot(*axis) == 0:
-                message = f"{joint.name!r} has no {key}"
-                self.places.say(joint, message, (key,), f"add '{key}: [x, y, z]'")
+        joining = branch.joining
+        if joining is None or not branch.kind.vectors:
+            return []
+        keys = ("axis",) if len(branch.kind.vectors) == 1 else ("axis1", "axis2")
+        for key in keys:
+            if getattr(joining, key) is None:
+                message = f"{joining.name!r} has no {key}"
+                self.places.say(joining, message, (), f"add '{key}: [x, y, z]'")
                 return None
-        if parallel(first, second):
-            message = f"both axes of {joint.name!r} are the same"
-            self.places.say(joint, message, ("axis2",), "give one at right angles to axis1")
+        first, *others = (unit(getattr(joining, key)) for key in keys)
+        if not others:
+            return [first]
+        if parallel(first, others[0]):
+            message = f"both axes of {joining.name!r} are the same"
+            self.places.say(joining, message, ("axis2",), "give one at right angles to axis1")
             return None
-        normal = crossed(first, second)
-        lines = [np.array(unit(first)), np.array(unit(crossed(normal, first)))]
-        return lines if self.holder(joint.body1) == branch.parent else lines[::-1]
+        lines = [first, unit(np.cross(np.cross(first, others[0]), first))]
+        return lines if self.holder(joining.body1) == branch.parent else lines[::-1]
 
-    def _started(
-        self, branch: Branch, kind: JointType, pose: Pose, lines: list[Array]
-    ) -> tuple[Pose, list[float]]:
+    def _started(self, branch: Branch, pose: Pose, lines: list[Array]) -> tuple[Pose, list[float]]:
         """The pose with its velocities, and the joint's; reports those that it does not allow."""
         body, parent, joining = self.moving[branch.child], self.poses[branch.parent], branch.joining
-        slides, turns = _freedoms(kind, lines)
+        pairs = list(zip(branch.kind.coordinates, cycle(lines), strict=False))
+        slides = [line for coordinate, line in pairs if not coordinate.is_angle]
+        turns = [line for coordinate, line in pairs if coordinate.is_angle]
+        if branch.kind.has_quaternion:
+            slides, turns = [], list(np.eye(3))
         given, linear = body.initial_angular_velocity, body.initial_linear_velocity
         wanted = pose.axes @ (given or (0.0, 0.0, 0.0)) - parent.omega
         turning, own = _along(turns, wanted)
@@ -362,35 +272,7 @@ class Mechanism:
             message = f"the joint makes its velocity [{x:.6g}, {y:.6g}, {z:.6g}] m/s"
             self.places.say(body, message, ("initial_linear_velocity",), "leave it out")
         moved = replace(pose, velocity=carried + own, omega=omega)
-        return moved, [*omega] if kind.has_quaternion else [*sliding, *turning]
-
-
-def starts(kind: JointType, values: Sequence[float]) -> dict[str, Quantity]:
-    """Start values of a joint: its coordinates, then its velocities."""
-    return dict(zip(kind.start_keys, map(float, values), strict=True))
-
-
-def tensor_of(inertia: InertiaSection) -> Array:
-    """The inertia tensor (3, 3) [kg·m²] in the axes of the file."""
-    xx, yy, zz = inertia.moments
-    xy, xz, yz = inertia.products
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def _freedoms(kind: JointType, lines: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Directions in which a joint slides, and axes about which it turns, at the start."""
-    if kind.has_quaternion:
-        return [], list(np.eye(3))
-    pairs = list(zip(kind.coordinates, cycle(lines), strict=False))
-    slides = [line for coordinate, line in pairs if not coordinate.is_angle]
-    return slides, [line for coordinate, line in pairs if coordinate.is_angle]
-
-
-def _coordinates(kind: JointType, pose: Pose, angle: float) -> list[float]:
-    """Start values of a joint's coordinates and attitude; `angle` [rad] is that of a hinge."""
-    if kind.has_quaternion:
-        return [*(pose.place if kind.is_free else ()), *attitude(Rotation(pose.turn.tolist()))]
-    return [angle if kind.axes == ("axis",) and c.is_angle else 0.0 for c in kind.coordinates]
+        return moved, [*omega] if branch.kind.has_quaternion else [*sliding, *turning]
 
 
 def _along(lines: list[Array], vector: Array) -> tuple[Array, Array]:
@@ -411,34 +293,34 @@ def guides(motor: MotorSection) -> bool:
     return (motor.guide if motor.type == "LINEAR" else motor.spindle) != "FREE"
 
 
-def kind_name(joining: Joining | None) -> str:
-    """The name of our type of joint; floating where nothing joins."""
-    if joining is None:
-        return "floating"
-    if not isinstance(joining, MotorSection):
-        return _OURS.get(joining.type, joining.type.lower())
-    return "prismatic" if joining.type == "LINEAR" else joining.spindle.lower()
+def kind_name(joining: Joining) -> str:
+    """The name of our type of joint."""
+    if isinstance(joining, MotorSection):
+        return "prismatic" if joining.type == "LINEAR" else joining.spindle.lower()
+    return "fixed" if joining.type == "LOCK" else joining.type.lower()
 
 
-def on_line(joining: Joining, place: Sequence[float]) -> bool:
-    """True of a place [m] on the line of a joint's axis."""
-    apart = [a - b for a, b in zip(place, joining.location, strict=True)]
-    return math.hypot(*crossed(unit(joining.axis), apart)) < SMALL
+def unit(axis: Sequence[float] | Array) -> Array:
+    """The direction (3,) of `axis` (3,) [1], of length 1."""
+    return np.array(axis) / math.hypot(*axis)
 
 
-def unit(axis: Vector3 | None) -> Vector3:
-    """A direction of length 1; of an axis that was checked."""
-    assert axis is not None
-    length = math.hypot(*axis)
-    return axis[0] / length, axis[1] / length, axis[2] / length
+def parallel(a: Sequence[float] | Array, b: Sequence[float] | Array) -> bool:
+    """True if `a` (3,) and `b` (3,) [1], neither of them zero, agree but for their sense."""
+    return bool(np.linalg.norm(np.cross(unit(a), unit(b))) <= SMALL)
 
 
-def crossed(a: Sequence[float], b: Sequence[float]) -> Vector3:
-    """a × b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+def angle_about(axis: Array, turn: Array) -> float:
+    """The angle (scalar) [rad] of the rotation `turn` (3, 3) [1] about `axis` (3,) [1].
+
+    The axis has length 1; 0 if the rotation is about another.
+    """
+    vector = Turn.from_matrix(turn).as_rotvec()
+    angle = vector @ axis
+    return round(float(angle), DIGITS) + 0.0 if not _differ(angle * axis, vector) else 0.0
 
 
-def parallel(a: Sequence[float], b: Sequence[float]) -> bool:
-    """True if two directions, neither of them zero, agree but for their sense."""
-    lengths = math.hypot(*a) * math.hypot(*b)
-    return lengths > 0 and math.hypot(*crossed(a, b)) <= SMALL * lengths
+def rounded(v: Array) -> Vector3:
+    """The vector `v` (3,) [1 or m], in which what rounding leaves of a zero is a zero."""
+    x, y, z = (round(float(part), DIGITS) + 0.0 for part in v)
+    return x, y, z

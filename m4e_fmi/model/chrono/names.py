@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Container
-from typing import Protocol
 
-from m4e_fmi.errors import Problem
+from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.model.elements import identifier
+from m4e_fmi.model.chrono.sections import ModelSection
+from m4e_fmi.model.elements import GROUND, identifier
 
 GROUPS = ("bodies", "joints", "tsdas", "rsdas", "motors", "body_loads")
 
@@ -22,53 +21,46 @@ def fresh(name: str, taken: Container[str]) -> str:
     return found
 
 
-class Named(Protocol):
-    """A section with a name."""
-
-    @property
-    def name(self) -> str:
-        """The section's name."""
-        ...
-
-
 class Places:
-    """Problems found, each at its entry of the document; entries are known by group and name."""
+    """Problems found, each at its section's place in the document."""
 
-    def __init__(self, document: Document) -> None:
-        self.document = document
+    def __init__(self, document: Document, model: ModelSection) -> None:
+        self.document, self.model = document, model
         self.problems: list[Problem] = []
-        self._entries: dict[tuple[str, str], Location] = {}
-        for group in GROUPS:
-            for k, entry in enumerate(entries(document.data, group)):
-                if isinstance(entry, dict) and isinstance(entry.get("name"), str):
-                    self._entries.setdefault((group, entry["name"]), ("model", group, k))
-
-    def at(self, location: Location, message: str, remedy: str = "") -> None:
-        """Note a problem at a place of the document."""
-        self.problems.append(self.document.problem(location, message, remedy))
+        self._of = {
+            id(entry): ("model", group, k)
+            for group in GROUPS
+            for k, entry in enumerate(getattr(model, group))
+        }
 
     def of(self, group: str, name: str) -> Location:
         """Where an element of ours with this name comes from: its entry, or the whole model."""
-        for (kind, said), location in self._entries.items():
-            if kind == group and identifier(said) == name:
-                return location
+        for entry in getattr(self.model, group, ()):
+            if identifier(entry.name) == name:
+                return self._of[id(entry)]
         return ("model",)
 
-    def say(self, entry: Named, message: str, within: Location = (), remedy: str = "") -> None:
-        """Note a problem at an entry (a section with a name), or at a key within it."""
-        location = self._entries.get((group_of(entry), entry.name), ("model",))
-        self.at((*location, *within), message, remedy)
+    def say(self, entry: object, message: str, within: Location = (), remedy: str = "") -> None:
+        """Note a problem at an entry, or at a key within it."""
+        location = (*self._of[id(entry)], *within)
+        self.problems.append(self.document.problem(location, message, remedy))
 
-
-def group_of(entry: object) -> str:
-    """The group whose sections are of this class: BodyLoadSection → body_loads."""
-    words = re.findall(r"[A-Z][a-z]+", type(entry).__name__.removesuffix("Section"))
-    singular = "_".join(words).lower()
-    return "bodies" if singular == "body" else f"{singular}s"
-
-
-def entries(data: object, group: str) -> list[object]:
-    """The entries of a group in a file's plain data, whatever they are."""
-    model = data.get("model") if isinstance(data, dict) else None
-    found = model.get(group) if isinstance(model, dict) else None
-    return found if isinstance(found, list) else []
+    def check_names(self) -> None:
+        """Note names that are given twice, and bodies that are not there."""
+        bodies = {body.name for body in self.model.bodies}
+        for group in GROUPS:
+            taken: set[str] = set()
+            for entry in getattr(self.model, group):
+                if (name := identifier(entry.name)) in taken:
+                    message = f"{entry.name!r} would be the second {name!r}"
+                    self.say(entry, message, ("name",), "rename one of the two")
+                taken.add(name)
+                for key in ("body", "body1", "body2"):
+                    name = getattr(entry, key, None)
+                    if name is not None and name not in bodies:
+                        remedy = suggestion(name, bodies, "bodies")
+                        self.say(entry, f"unknown body {name!r}", (key,), remedy)
+        for body in self.model.bodies:
+            if body.name == GROUND and not body.fixed:
+                message = "'ground' is the name of the world"
+                self.say(body, message, ("name",), "rename it, or 'fixed: true'")

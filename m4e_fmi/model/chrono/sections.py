@@ -6,9 +6,9 @@ Words of enumerations may be in any case, as there.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, field_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, field_validator
 
 from m4e_fmi.files.document import Section, rejected
 
@@ -16,75 +16,84 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 Vector3 = tuple[Number, Number, Number]
 Ignored = object
 JointWord = Literal["REVOLUTE", "PRISMATIC", "SPHERICAL", "UNIVERSAL", "LOCK"]
-JOINTS = get_args(JointWord)
+UPPER = BeforeValidator(lambda value: value.upper() if isinstance(value, str) else value)
 
 
-def _upper(value: object) -> object:
-    return value.upper() if isinstance(value, str) else value
-
-
-UPPER = BeforeValidator(_upper)
-
-
-def _orientation(value: object) -> object:
-    if isinstance(value, list) and len(value) not in (3, 4):
+def _orientation(value: list[float]) -> list[float]:
+    if len(value) not in (3, 4):
         message = f"expected three angles or a quaternion, got {len(value)} entries"
         raise rejected(message, "write [yaw, pitch, roll] or [e0, e1, e2, e3]")
+    if len(value) == 4 and not any(value):
+        message = "a quaternion of length zero is not an orientation"
+        raise rejected(message, "no turn is [1, 0, 0, 0]")
     return value
 
 
-Orientation = Annotated[list[Number], BeforeValidator(_orientation)]
+def _direction(value: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(value):
+        raise rejected("the axis has no length", "give a vector")
+    return value
 
 
-def _without(message: str, remedy: str, *words: str) -> BeforeValidator:
-    """A word in capitals, but for those `words` that have no counterpart here."""
-
-    def checked(value: object) -> object:
-        if _upper(value) in words:
-            raise rejected(message.format(value), remedy)
-        return _upper(value)
-
-    return BeforeValidator(checked)
+Orientation = Annotated[list[Number], AfterValidator(_orientation)]
+Direction = Annotated[Vector3, AfterValidator(_direction)]
 
 
-_CURVE = (
-    "nonlinear curves are not read from Chrono's files",
-    "write the load with a 'law' in a model file, or give a coefficient here",
-)
-_LIMIT = (
-    "Chrono's bump stops have a curve of their own, which is not read",
-    "remove the limits, or write a tension_stop in a model file",
-)
-REFUSED: dict[tuple[str, str], tuple[str, str]] = {
-    ("bodies", "contact"): (
+def _refused(message: str, remedy: str) -> BeforeValidator:
+    """Refuses a key of Chrono's that has no counterpart here."""
+
+    def refuse(value: object) -> None:
+        if value not in (None, []):
+            raise rejected(message, remedy)
+
+    return BeforeValidator(refuse)
+
+
+Curve = Annotated[
+    object,
+    _refused(
+        "nonlinear curves are not read from Chrono's files",
+        "write the load with a 'law' in a model file, or give a coefficient here",
+    ),
+]
+Limit = Annotated[
+    object,
+    _refused(
+        "Chrono's bump stops have a curve of their own, which is not read",
+        "remove the limits, or write a tension_stop in a model file",
+    ),
+]
+Contact = Annotated[
+    object,
+    _refused(
         "contact between bodies cannot be represented",
         "remove it, or put stops (tension_stop, joint_stop) into a model file",
     ),
-    ("joints", "bushing_data"): (
-        "bushings cannot be represented",
-        "remove it, or write springs and dampers (tsdas, rsdas)",
+]
+BushingData = Annotated[
+    object,
+    _refused(
+        "bushings cannot be represented", "remove it, or write springs and dampers (tsdas, rsdas)"
     ),
-    **{
-        ("tsdas", key): _CURVE
-        for key in (
-            "spring_curve_data", "damping_curve_data", "deformation", "map_data",
-            "degressivity_compression", "degressivity_expansion",
-        )
-    },
-    ("tsdas", "minimum_length"): _LIMIT,
-    ("tsdas", "maximum_length"): _LIMIT,
-    ("rsdas", "spring_curve_data"): _CURVE,
-    ("rsdas", "damping_curve_data"): _CURVE,
-    ("model", "constraints"): (
+]
+Constraints = Annotated[
+    object,
+    _refused(
         "constraints close loops, which cannot be represented",
         "cut the loop: remove them, or put stiff springs and dampers in their place",
     ),
-    ("model", "load_controllers"): (
+]
+Controllers = Annotated[
+    object,
+    _refused(
         "loads of a controller come from outside",
         "remove them, and connect the controller to the FMU's inputs body.<name>.force_x, …",
     ),
-}  # fmt: skip
-"""(group, key): keys of Chrono's that are an error here, with message and remedy."""
+]
+Repeated = Annotated[
+    object,
+    _refused("repeated functions are not read", "write the periods out, as a table (type: DATA)"),
+]
 
 
 class InertiaSection(Section):
@@ -114,7 +123,7 @@ class BodySection(Section):
     initial_linear_velocity: Vector3 | None = None
     initial_angular_velocity: Vector3 | None = None
     visualization: Ignored = None
-    contact: Ignored = None
+    contact: Contact = None
 
     @field_validator("com", mode="before")
     @classmethod
@@ -129,21 +138,14 @@ class JointSection(Section):
     """
 
     name: str
-    type: Annotated[
-        JointWord,
-        _without(
-            "a joint of type {} cannot be represented",
-            f"use {', '.join(JOINTS[:-1])} or {JOINTS[-1]}",
-            *("POINT_LINE", "POINT_PLANE"),
-        ),
-    ]
+    type: Annotated[JointWord, UPPER]
     body1: str
     body2: str
     location: Vector3
-    axis: Vector3 | None = None
-    axis1: Vector3 | None = None
-    axis2: Vector3 | None = None
-    bushing_data: Ignored = None
+    axis: Direction | None = None
+    axis1: Direction | None = None
+    axis2: Direction | None = None
+    bushing_data: BushingData = None
 
 
 class TsdaSection(Section):
@@ -160,14 +162,14 @@ class TsdaSection(Section):
     free_length: Number | None = None
     preload: Number = 0.0
     visualization: Ignored = None
-    spring_curve_data: Ignored = None
-    damping_curve_data: Ignored = None
-    deformation: Ignored = None
-    map_data: Ignored = None
-    degressivity_compression: Ignored = None
-    degressivity_expansion: Ignored = None
-    minimum_length: Ignored = None
-    maximum_length: Ignored = None
+    spring_curve_data: Curve = None
+    damping_curve_data: Curve = None
+    deformation: Curve = None
+    map_data: Curve = None
+    degressivity_compression: Curve = None
+    degressivity_expansion: Curve = None
+    minimum_length: Limit = None
+    maximum_length: Limit = None
 
 
 class RsdaSection(Section):
@@ -177,15 +179,15 @@ class RsdaSection(Section):
     type: Ignored = None
     body1: str
     body2: str
-    axis: Vector3
+    axis: Direction
     location: Vector3 | None = None
     spring_coefficient: Number | None = None
     damping_coefficient: Number | None = None
     free_angle: Number | None = None
     preload: Number = 0.0
     visualization: Ignored = None
-    spring_curve_data: Ignored = None
-    damping_curve_data: Ignored = None
+    spring_curve_data: Curve = None
+    damping_curve_data: Curve = None
 
 
 class FunctionSection(Section):
@@ -202,7 +204,7 @@ class FunctionSection(Section):
     slope: Number | None = None
     intercept: Number = 0.0
     data: list[tuple[Number, Number]] | None = None
-    repeat: Ignored = None
+    repeat: Repeated = None
 
 
 class MotorSection(Section):
@@ -213,24 +215,10 @@ class MotorSection(Section):
     body1: str
     body2: str
     location: Vector3
-    axis: Vector3
-    actuation_type: Annotated[
-        Literal["FORCE"],
-        _without(
-            "a motor that prescribes the {} takes the freedom of its joint away",
-            "use actuation_type: FORCE, or a stiff spring and damper",
-            *("POSITION", "SPEED"),
-        ),
-    ]
+    axis: Direction
+    actuation_type: Annotated[Literal["FORCE"], UPPER]
     actuation_function: FunctionSection
-    guide: Annotated[
-        Literal["FREE", "PRISMATIC"],
-        _without(
-            "a guide that lets its body turn cannot be represented",
-            "use guide: PRISMATIC, or FREE with body2 fixed",
-            "SPHERICAL",
-        ),
-    ] = "PRISMATIC"
+    guide: Annotated[Literal["FREE", "PRISMATIC"], UPPER] = "PRISMATIC"
     spindle: Annotated[Literal["FREE", "REVOLUTE", "CYLINDRICAL"], UPPER] = "REVOLUTE"
     visualization: Ignored = None
 
@@ -260,8 +248,8 @@ class ModelSection(Section):
     rsdas: list[RsdaSection] = Field(default_factory=list)
     motors: list[MotorSection] = Field(default_factory=list)
     body_loads: list[BodyLoadSection] = Field(default_factory=list)
-    constraints: Ignored = None
-    load_controllers: Ignored = None
+    constraints: Constraints = None
+    load_controllers: Controllers = None
 
 
 class ChronoSimulationSection(Section):
@@ -285,10 +273,6 @@ class FileSection(Section):
 
 
 class ModelFileSection(FileSection):
-    """A file of a model, perhaps with its simulation.
-
-    `dimensions` is a key of ours, which Chrono leaves unread.
-    """
+    """A file of a model, perhaps with its simulation."""
 
     model: ModelSection  # pyrefly: ignore[bad-override]
-    dimensions: Literal[3] | None = None

@@ -2,9 +2,9 @@
 
 Names of points are "BD10" or "BD1_0", "GR00" or "GR0_0", "CG22" or "CG2_2". BD is a body's point
 (body number from 1, index of the point from 0), GR a point of the ground (only the index counts),
-CG the centre of gravity of a body (only the body's number counts). The first spelling is that of
-S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody", section 5.2; the second, of later
-versions of their code, is never ambiguous.
+CG the centre of gravity of a body (only the body's number counts). The first spelling, of numbers
+of one digit, is that of S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody", section
+5.2; the second is that of later versions of their code.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from m4e_fmi.model.quantity import as_expression
 FORCES = (
     "PointsBD", "CG", "TensionSpring", "TensionDamper", "TorsionSpring", "TorsionDamper"
 )  # fmt: skip
-_FORM = re.compile(r"(GR|BD|CG)(\d+)(?:_(\d+))?")
+_FORM = re.compile(r"(GR|BD|CG)(?:(\d)(\d)|(\d+)_(\d+))")
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,7 @@ class PointName:
 def point_name(text: object, declared: Collection[PointName], bodies: int) -> PointName:
     """The point that `text` names, of those `declared` or of the CGs of `bodies` bodies.
 
-    ValueError, with a message and a remedy, for an unknown point, and for digits without "_" that
-    can be read in more than one way.
+    ValueError, with a message and a remedy, for an unknown point.
     """
     found = _FORM.fullmatch(text) if isinstance(text, str) else None
     if not found:
@@ -63,41 +62,13 @@ def point_name(text: object, declared: Collection[PointName], bodies: int) -> Po
             'write "BD1_0" (body 1, point 0), "GR0_0" (ground, point 0) or "CG2_2" (CG, body 2)'
         )
         raise ValueError(f"{text!r} does not name a point", remedy)
-    known = {*declared, *(PointName(body, None) for body in range(1, bodies + 1))}
-    readings = [name for name in _readings(*found.groups()) if name in known]
-    if not readings:
-        names = ", ".join(map(_spelled, sorted(declared, key=lambda p: p.name)))
-        meant = [_spelled(name) for name in known if name.name == text]  # as models call it
-        remedy = f"points: {names or 'none'}; CG of a body"
-        remedy = f'did you mean "{meant[0]}"?' if meant else remedy
-        raise ValueError(f"there is no point {text!r}", remedy)
-    if len(readings) > 1:
-        spelled = " or ".join(f'"{_spelled(name)}"' for name in readings)
-        raise ValueError(f"{text!r} can be read in several ways", f"write {spelled}")
-    return readings[0]
-
-
-def _readings(kind: str, first: str, second: str | None) -> list[PointName]:
-    """Readings of the digits as body and point, whether or not there is such a point."""
-    if kind == "GR":  # the digit after GR is the ground's, 0
-        index = second if second is not None else first[1:]
-        known = index and (second is not None or first[0] == "0")
-        return [PointName(0, int(index))] if known else []
-    if second is not None:
-        splits = [(first, second)]
-    else:
-        splits = [(first[:k], first[k:]) for k in range(1, len(first))]
-    if kind == "CG":  # "CG1212": the body's number twice
-        twice = [body for body, other in splits if body == other]
-        bodies = twice or [body for body, _ in splits]
-        return [PointName(int(body), None) for body in bodies]
-    return [PointName(int(body), int(index)) for body, index in splits]
-
-
-def _spelled(name: PointName) -> str:
-    if name.index is None:
-        return f"{name.name}_{name.body}"
-    return name.name if name.body else f"GR0_{name.index}"
+    kind, (body, index) = found[1], map(int, filter(None, found.groups()[1:]))
+    name = PointName(body, None if kind == "CG" else index)
+    known = 1 <= body <= bodies if kind == "CG" else name in declared
+    if not known or (kind == "GR") != (body == 0):
+        names = ", ".join(sorted(f"{'BD' if p.body else 'GR'}{p.body}_{p.index}" for p in declared))
+        raise ValueError(f"there is no point {text!r}", f"points: {names or 'none'}; CG of a body")
+    return name
 
 
 class Forces:
@@ -190,8 +161,8 @@ class Forces:
             self.say(at, f"expected {form}, got {row!r}")
             return
         ends = tuple(self._end(kind, (*at, 0, i), end, points) for i, end in enumerate(row[0]))
-        values = self._numbers((*at, 1), row[1] if spring else [row[1]], nested=spring)
-        if None in ends or values is None:
+        values = row[1] if spring else [row[1]]
+        if None in ends:
             return
         made = {
             "TensionSpring": TensionSpring, "TorsionSpring": TorsionSpring,
@@ -222,16 +193,15 @@ class Forces:
             self.say(at, f"expected {form}, got {row!r}")
             return
         first = width - 3
-        values = self._numbers(at, row[first:], nested=True, first=first)
         body = self._body((*at, 0), row[0], least=1)
-        if body is None or values is None:
+        if body is None:
             return
         self.places |= {
             ("loads", name, "force", 0): (*at, first),
             ("loads", name, "force", 1): (*at, first + 1),
             ("loads", name, "moment"): (*at, first + 2),
         }
-        x, z, moment = values
+        x, z, moment = row[first:]
         if kind == "CG":
             yield name, BodyForce(body, (x, z), moment)
             return
@@ -266,16 +236,3 @@ class Forces:
             self.say(at, f"there is no body {number!r}", f"bodies: {least} to {len(self.children)}")
             return None
         return f"body_{number}"
-
-    def _numbers(
-        self, at: Location, values: Sequence[Data], *, nested: bool, first: int = 0
-    ) -> list[Data] | None:
-        """Values that are numbers or expressions; None, with findings, if one cannot be."""
-        right = True
-        for k, value in enumerate(values):
-            if callable(value) and not hasattr(value, "free_symbols"):
-                place = (*at, first + k) if nested else at
-                remedy = "write it as an expression, a text such as '3*cos(t)' or one of SymPy"
-                self.say(place, "a Python function cannot be part of a symbolic model", remedy)
-                right = False
-        return list(values) if right else None

@@ -9,14 +9,15 @@ same lists, with `.nan` or `null` for NaN.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from types import SimpleNamespace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
 from m4e_fmi.model.checks import element_findings, group_findings
 from m4e_fmi.model.elements import Parameter
 from m4e_fmi.model.findings import ModelFinding, Names
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.m4e.forces import Forces
 from m4e_fmi.model.m4e.mechanism import ROWS, SYMBOLS, Mechanism
 from m4e_fmi.model.m4e.values import Data, plain
@@ -45,25 +46,19 @@ def model_from_lists(
     `ForcesPointsSym` with `ForcesPointsNum`, or from `parameters` (a number, or with its unit).
     `ic` is [Q; QD] in the order of the children's numbers; what `parent_cg_to_joint` says of a
     floating body's place need not be said again. Coordinates X, Z of floating bodies are those of
-    the world, `Reference_frame_Origin` included. A `gVec` that differs between bodies becomes
-    vertical forces. Settings of the simulation (`tspan`, `TimeStep`, …) are not part of a model.
+    the world, `Reference_frame_Origin` included. Settings of the simulation (`tspan`, `TimeStep`,
+    …) are not part of a model.
     """
     mechanism = Mechanism(
         {key: plain(lists[key]) for key in KEYS if key in lists}, parameters or {}
     )
     if "__name__" not in lists:  # in a script's globals() there is more than lists
         _report_unknown(mechanism, lists)
-    fields, findings = _checked(mechanism)
-    if findings:
-        raise InputError(
-            Problem(f"{_place(f.location)}: {f.message}", f.remedy, name) for f in findings
-        )
 
-    def placed(finding: ModelFinding) -> Problem:
-        place = _place(mechanism.place_of(finding.location))
-        return Problem(f"{place}: {finding.message}", finding.remedy, name)
+    def place(finding: ModelFinding) -> Problem:
+        return Problem(f"{_place(finding.location)}: {finding.message}", finding.remedy, name)
 
-    return Model(name=name, description=description, **fields).place_warnings(placed)
+    return _checked(mechanism, name, description, place)
 
 
 def model_of_lists(document: Document) -> Model:
@@ -79,15 +74,11 @@ def model_of_lists(document: Document) -> Model:
     for key, value in (("name", name), ("description", description)):
         if not isinstance(value, str):
             mechanism.say((key,), f"expected a text, got {value!r}")
-    fields, findings = _checked(mechanism)
-    if findings:
-        raise InputError(document.problem(f.location, f.message, f.remedy) for f in findings)
 
-    def placed(finding: ModelFinding) -> Problem:
-        place = mechanism.place_of(finding.location)
-        return document.problem(place, finding.message, finding.remedy)
+    def place(finding: ModelFinding) -> Problem:
+        return document.problem(finding.location, finding.message, finding.remedy)
 
-    return Model(name=name, description=description, **fields).place_warnings(placed)
+    return _checked(mechanism, name, description, place)
 
 
 def are_lists(data: Mapping[str, Data]) -> bool:
@@ -120,33 +111,32 @@ def _report_unknown(mechanism: Mechanism, lists: Mapping[str, Data]) -> None:
             mechanism.say((str(key),), f"unknown name {str(key)!r}", remedy)
 
 
-def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[ModelFinding]]:
-    """The fields of the Model, and what is wrong, placed in the lists."""
-    gravity, bodies, joints = mechanism.gravity(), mechanism.bodies(), mechanism.joints()
+def _checked(
+    mechanism: Mechanism, name: str, description: str, place: Callable[[ModelFinding], Problem]
+) -> Model:
+    """The Model; InputError with what is wrong, placed in the lists."""
     forces = Forces(mechanism)
     points = forces.points()
-    loads = dict(forces.loads(points)) | mechanism.weights(bodies, gravity)
-    fields = {
-        "bodies": bodies,
-        "joints": joints,
-        "points": points,
-        "loads": loads,
-        "parameters": mechanism.symbols,
-        "gravity": gravity,
-        "tables": {},
-    }
-    names = Names(
-        bodies=frozenset(mechanism.body_names()),
-        points=frozenset(points),
-        parameters=frozenset(mechanism.symbols),
-        joints=frozenset(joints),
-        tables=frozenset(),
+    groups = Groups(
+        name=name,
+        description=description,
+        gravity=mechanism.gravity(),
+        bodies=mechanism.bodies(),
+        joints=mechanism.joints(),
+        loads=dict(forces.loads(points)),
+        points=points,
+        parameters=mechanism.symbols,
     )
-    groups = SimpleNamespace(dimensions=2, **fields)
+    bodies = frozenset(f"body_{child}" for child in mechanism.children)
+    names = replace(Names.of(groups), bodies=bodies)
     check = element_findings if mechanism.findings else group_findings
-    found = check(groups, names)
-    moved = [ModelFinding(mechanism.place_of(f.location), f.message, f.remedy) for f in found]
-    return fields, [*dict.fromkeys([*mechanism.findings, *moved])]
+
+    def placed(finding: ModelFinding) -> Problem:
+        return place(replace(finding, location=mechanism.place_of(finding.location)))
+
+    found = [*map(place, mechanism.findings), *map(placed, check(groups, names))]
+    InputError.raise_for(dict.fromkeys(found))
+    return Model(**vars(groups)).place_warnings(placed)
 
 
 def _place(location: Location) -> str:

@@ -8,7 +8,7 @@ from functools import cached_property
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import FLOATING, PRISMATIC, REVOLUTE, JointType
 from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter
-from m4e_fmi.model.loads import BodyForce, Load
+from m4e_fmi.model.groups import STANDARD_GRAVITY
 from m4e_fmi.model.m4e.values import (
     NAN,
     Data,
@@ -20,14 +20,11 @@ from m4e_fmi.model.m4e.values import (
     is_row,
     is_whole,
     plus,
-    times,
 )
-from m4e_fmi.model.model import STANDARD_GRAVITY
 
 ROWS = ("types", "parent_cg_to_joint", "joint_to_child_cg", "prismatic_direction")
 SYMBOLS = (("BodyDataSym", "BodyDataNum"), ("ForcesPointsSym", "ForcesPointsNum"))
 TYPES: dict[str, JointType] = {"R": REVOLUTE, "P": PRISMATIC, "F": FLOATING}
-MOST_MISSING = 10  # numbers told in one message
 
 
 class Mechanism(Lists):
@@ -43,10 +40,6 @@ class Mechanism(Lists):
         self.symbols = dict(self._symbols(parameters))
         self.rows = self._joint_rows()
         self.children = {child: row for row, (_, child) in self.rows.items()}
-
-    def body_names(self) -> list[str]:
-        """Names of the bodies, in the order of the list `joints`."""
-        return [f"body_{child}" for child in self.children]
 
     def _symbols(self, extra: Mapping[str, Parameter | float]) -> Iterator[tuple[str, Parameter]]:
         """Symbols with values; the time is none of them."""
@@ -109,14 +102,11 @@ class Mechanism(Lists):
             if parent and parent not in children:
                 message = f"body {parent} is a parent, but no joint has it as its child"
                 self.say(("joints", k, 0), message, f"add a joint [0, {parent}]")
-        last = min(max(children, default=0), len(children) + MOST_MISSING)
-        missing = sorted(set(range(1, last)) - set(children))
+        missing = sorted({*range(1, len(first) + 1)} - {*first})
         if missing:
-            numbers = ", ".join(map(str, missing))
-            message = f"bodies are numbered without gaps; missing: {numbers}"
-            self.say(
-                ("joints",), message, "renumber the bodies, or add joints for the missing ones"
-            )
+            message = f"bodies are numbered without gaps; missing: {', '.join(map(str, missing))}"
+            remedy = "renumber the bodies, or add joints for the missing ones"
+            self.say(("joints",), message, remedy)
 
     @cached_property
     def origin(self) -> list[Data]:
@@ -129,26 +119,16 @@ class Mechanism(Lists):
         return origin
 
     def gravity(self) -> Data:
-        """Gravity, the parameter `g` where it is a number; a gVec equal for all scales it."""
-        g = self._as_parameter(
-            "g", self.lists.get("g", STANDARD_GRAVITY), "m/s2", ("g",), "Gravity"
-        )
+        """Gravity, the parameter `g` where it is a number; it acts on all bodies alike."""
+        if "gVec" in self.lists:
+            scales = map(first_of, self._per_body("gVec", len(self.children)))
+            if not all(is_number(scale) and scale == 1 for scale in scales):
+                message = "gravity acts on all bodies alike: 1 is all that gVec may hold"
+                remedy = "change g, or give the difference as a force: Force['CG']"
+                self.say(("gVec",), message, remedy)
         self.places["gravity",] = ("g",)
-        scales = self._scales()
-        if len(set(scales)) == 1 and scales[0] != 1:
-            return times(g, scales[0])
-        return g
-
-    def _scales(self) -> list[Data]:
-        """gVec, one entry per body; ones where it is not given."""
-        count = len(self.children)
-        if "gVec" not in self.lists:
-            return [1.0] * count
-        rows = [row[0] if is_row(row, 1) else row for row in self._per_body("gVec", count)]
-        for k, scale in enumerate(rows):
-            if not is_number(scale):
-                self.say(("gVec", k), f"expected a number, got {scale!r}", "1 is full gravity")
-        return [scale if is_number(scale) else 1.0 for scale in rows]
+        g = self.lists.get("g", STANDARD_GRAVITY)
+        return self._as_parameter("g", g, "m/s2", ("g",), "Gravity")
 
     def _per_body(self, key: str, count: int) -> list[Data]:
         values = self.list_of(key, "give one number per body")
@@ -320,17 +300,3 @@ class Mechanism(Lists):
         types = self.lists.get("types")
         letter = types[row] if isinstance(types, list) and row < len(types) else None
         return letter if isinstance(letter, str) and letter in TYPES else None
-
-    def weights(self, bodies: dict[str, Body], gravity: Data) -> dict[str, Load]:
-        """Forces that make good for bodies whose gVec is not 1, where gVec differs."""
-        scales = self._scales() if "gVec" in self.lists else []
-        if len(set(scales)) < 2:
-            return {}
-        loads: dict[str, Load] = {}
-        for k, scale in enumerate(scales):
-            body = f"body_{k + 1}"
-            if scale != 1 and body in bodies:
-                weight = times(times(bodies[body].mass, gravity), 1.0 - scale)
-                loads[f"gVec_{k}"] = BodyForce(body, (0.0, weight))
-                self.places["loads", f"gVec_{k}"] = ("gVec", k)
-        return loads

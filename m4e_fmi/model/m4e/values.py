@@ -92,16 +92,9 @@ def plus(a: Data, b: Data) -> Data:
     """a + b: a number if both are numbers, else an Expression."""
     if is_number(a) and is_number(b):
         return a + b
-    return b if is_number(a) and a == 0 else _combined("add", a, b)
-
-
-def times(a: Data, b: Data) -> Data:
-    """a · b: a number if both are numbers, else an Expression."""
-    return a * b if is_number(a) and is_number(b) else _combined("mul", a, b)
-
-
-def _combined(kind: str, a: Data, b: Data) -> Data:
+    if is_number(a) and a == 0:
+        return b
     try:
-        return Expression(kind, (as_expression(a), as_expression(b)))
+        return Expression("add", (as_expression(a), as_expression(b)))
     except ExpressionError:  # reported where the value itself is checked
         return b

@@ -1,6 +1,6 @@
 """Shapes of bodies in space, for pictures only: they change no motion.
 
-`shape` has the elements and their checks, `mesh_files` reads triangles.
+`shape` has the elements, `mesh_files` reads triangles.
 """
 
 from m4e_fmi.model.shapes.mesh_files import reduced
@@ -11,9 +11,6 @@ from m4e_fmi.model.shapes.shape import (
     Mesh,
     Shape,
     Sphere,
-    axis_without_direction,
-    shape_findings,
-    shape_place,
 )
 
 __all__ = [
@@ -23,8 +20,5 @@ __all__ = [
     "Mesh",
     "Shape",
     "Sphere",
-    "axis_without_direction",
     "reduced",
-    "shape_findings",
-    "shape_place",
 ]

@@ -5,19 +5,13 @@ All lengths in m, places from the body's centre of gravity in body axes, in the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias
 
 from m4e_fmi.errors import InputError, is_file, missing_file
-from m4e_fmi.files.document import Location
-from m4e_fmi.model.findings import Known, ModelFinding, quantities
-from m4e_fmi.model.quantity import given
+from m4e_fmi.model.quantity import Quantity, Vector, given
 from m4e_fmi.model.shapes.mesh_files import MeshFileError, Triangles, read_triangles, reduced
-
-if TYPE_CHECKING:
-    from m4e_fmi.model.elements import Body, Quantity, Vector
 
 MOST_TRIANGLES = 5000
 """Of all meshes of a model together. A browser without a graphics card paints these in 25 ms."""
@@ -90,29 +84,3 @@ class Mesh:
 
 
 Shape: TypeAlias = "Box | Cylinder | Sphere | Mesh"
-
-
-def shape_findings(at: Location, body: Body, known: Known) -> Iterator[ModelFinding]:
-    """Problems of the numbers and expressions of a body's shape, which planar bodies have not."""
-    if body.shape is None:
-        return
-    if known.dimensions == 2:
-        message = "shape: bodies of a planar model are drawn by their joints and points"
-        yield ModelFinding((*at, "shape"), message, "remove it, or add 'dimensions: 3'")
-        return
-    yield from quantities(shape_place(at, body.shape), body.shape, known)
-
-
-def shape_place(at: Location, shape: Shape) -> Location:
-    """Where in a model the quantities of the shape of the body at `at` are."""
-    return (*at, "shape", *shape.keys)
-
-
-def axis_without_direction(
-    at: Location, body: Body, computed: Mapping[Location, float]
-) -> Iterator[ModelFinding]:
-    """A finding if all parts of the axis of a cylinder are 0."""
-    if isinstance(body.shape, Cylinder):
-        place = (*shape_place(at, body.shape), "axis")
-        if all(computed.get((*place, k)) == 0.0 for k in range(3)):
-            yield ModelFinding(place, "the axis has no length", "give a vector such as [0, 0, 1]")

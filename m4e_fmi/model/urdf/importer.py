@@ -9,6 +9,7 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.file_kinds import as_path
+from m4e_fmi.model.checks import group_findings
 from m4e_fmi.model.elements import (
     GROUND,
     Body,
@@ -19,6 +20,8 @@ from m4e_fmi.model.elements import (
     Vector,
     identifier,
 )
+from m4e_fmi.model.findings import ModelFinding, Names
+from m4e_fmi.model.groups import Groups
 from m4e_fmi.model.loads import JointEffort, JointFriction, Load
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.urdf.reading import Array, Pose, Reader, Robot, UrdfJoint, UrdfLink
@@ -68,20 +71,18 @@ class _Conversion:
         held = {identifier(joint.name): self._joint(joint) for joint in joints}
         points, loads = dict(self._points()), dict(self._loads())
         InputError.raise_for(self.reader.problems)
-        try:
-            model = Model(
-                name=identifier(self.robot.name),
-                description=f"URDF robot {self.robot.name}",
-                bodies=bodies,
-                joints=held,
-                points=points,
-                loads=loads,
-                parameters=self.parameters,
-                dimensions=3,
-            )
-        except InputError as error:
-            raise InputError(map(self._placed, error.problems)) from None
-        return model.with_warnings([*map(self._placed, model.warnings), *self._left_out()])
+        groups = Groups(
+            name=identifier(self.robot.name),
+            description=f"URDF robot {self.robot.name}",
+            bodies=bodies,
+            joints=held,
+            points=points,
+            loads=loads,
+            parameters=self.parameters,
+            dimensions=3,
+        )
+        InputError.raise_for(map(self._placed, group_findings(groups, Names.of(groups))))
+        return Model(**vars(groups)).place_warnings(self._placed, self._left_out())
 
     def _first(self, name: str) -> str:
         """The link, of those that fixed joints hold together with this one, nearest to the root."""
@@ -171,16 +172,15 @@ class _Conversion:
                 most, creep = parameter("friction", joint.friction), parameter("creep", CREEP)
                 yield f"{name}_friction", JointFriction(name, most, creep)
 
-    def _placed(self, problem: Problem) -> Problem:
+    def _placed(self, finding: ModelFinding) -> Problem:
         """A problem of the model at the line of the link or joint that it is about."""
-        group, _, rest = problem.message.partition(".")
-        name = rest.partition(":")[0].partition(".")[0]
+        group, name, *_ = (*finding.location, "", "")
         elements: Iterable[UrdfLink | UrdfJoint] = self.robot.joints
         if group in ("bodies", "points"):
             elements = self.robot.links.values()
         lines = [e.line for e in elements if identifier(e.name) == name]
-        place = str(self.reader.path), lines[0] if lines else 0
-        return Problem(problem.message, problem.remedy, *place)
+        message = f"{'.'.join(map(str, finding.location))}: {finding.message}"
+        return Problem(message, finding.remedy, str(self.reader.path), lines[0] if lines else 0)
 
     def _left_out(self) -> Iterator[Problem]:
         """Warnings of parts of the file that the model does not have."""

@@ -96,17 +96,17 @@ class Reader:
             raise InputError.single("no such file", "", str(self.path)) from None
         except (OSError, TooLongError) as error:
             raise InputError.single(f"cannot be read: {error}", "", str(self.path)) from None
+        if b"<xacro:" in content or b"${" in content:
+            message, remedy = (
+                "is a xacro file: its macros are not expanded",
+                "run `xacro FILE > robot.urdf` first",
+            )
+            raise InputError.single(message, remedy, str(self.path))
         root = xml_root(content, str(self.path))
         if root.tag != "robot":
             remedy = "URDF begins with <robot name='…'>"
             self.say(root.sourceline, f"the XML begins with <{root.tag}>, not with <robot>", remedy)
             raise InputError(self.problems)
-        for element in root.iter():
-            values = () if element.tag in _IN_ROBOT[2:] else element.attrib.values()
-            if "xacro" in str(element.tag) or any("${" in text for text in values):
-                message = "is a xacro file: its macros are not expanded"
-                self.say(element.sourceline, message, "run `xacro FILE > robot.urdf` first")
-                raise InputError(self.problems)
         links = [self._link(element) for element in root.findall("link")]
         joints = [self._joint(element) for element in root.findall("joint")]
         others = sorted({str(e.tag) for e in root} - {*_IN_ROBOT})

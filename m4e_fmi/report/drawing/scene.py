@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 
 from m4e_fmi.joints import JointType
 from m4e_fmi.model import JointEffort, Model
-from m4e_fmi.model.elements import Quantity, Vector, gravity_of, parameter_values
+from m4e_fmi.model.elements import Quantity, Vector, parameter_values
 from m4e_fmi.model.expression import Values
+from m4e_fmi.model.groups import gravity_of
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, model_program, topology
 from m4e_fmi.multibody.declaration import is_unset

@@ -181,19 +181,15 @@ def test_a_file_that_ends_early_is_within_no_tolerance() -> None:
 
 
 def test_customary_units_of_a_reference(tmp_path: Path) -> None:
-    """A second meaning of g, lb and kt is taken where only that one fits, and this is told."""
-    for own, other, factor, taken in (
-        ("m", "ft", 0.3048, ""), ("N", "kip", 4448.2216152605, ""),
-        ("Pa", "psi", 6894.757293168, ""), ("rad", "deg", np.pi / 180, ""),
-        ("rad/s", "rpm", np.pi / 30, ""), ("kg", "lb", 0.45359237, ""),
-        ("N", "lb", 4.4482216152605, "lbf"), ("m/s2", "g", 9.80665, "standard gravity"),
-        ("m/s", "kt", 1852 / 3600, "knots"), ("kg", "g", 1e-3, ""), ("t", "kt", 1e3, ""),
+    for own, other, factor in (
+        ("m", "ft", 0.3048), ("N", "kip", 4448.2216152605), ("Pa", "psi", 6894.757293168),
+        ("rad", "deg", np.pi / 180), ("rad/s", "rpm", np.pi / 30), ("kg", "lb", 0.45359237),
+        ("kg", "g", 1e-3), ("t", "kt", 1e3),
     ):  # fmt: skip
         path = written(tmp_path / "tool.csv", f"time [s],x [{other}]", TIME, SINE)
         found = m4e_fmi.compare(results(unit=own, x=factor * SINE), path)
         assert found["buoy.x"].largest < 1e-9 * factor, (own, other)
         assert any(f"'x' converted from {other} to {own}" in note for note in found.notes)
-        assert any(f"{other} taken as {taken}" in n for n in found.notes) == bool(taken)
     for other, told in (("g", "of different dimension"), ("ton", "not a unit known here")):
         path = written(tmp_path / "tool.csv", f"time [s],x [{other}]", TIME, SINE)
         with pytest.raises(InputError, match=told):

@@ -25,7 +25,7 @@ from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.results.results_file import load
-from m4e_fmi.units import near_unit, parse_unit
+from m4e_fmi.units import parse_unit
 
 MODEL = """\
 name: {name}
@@ -71,7 +71,6 @@ def test_units_out_of_all_scale_take_no_time() -> None:
     for unit in UNITS:
         with pytest.raises(ValueError, match=r"exponents are up to 20|out of all scale|up to 100"):
             parse_unit(unit)
-    assert near_unit("x y " * 25_000) == ""
     assert time.process_time() - begin < 1
 
 

@@ -63,18 +63,17 @@ def test_a_start_that_fails_has_no_rows(fuse: str) -> None:
         assert not isinstance(caught.value, SimulationError)
 
 
-def test_the_command_writes_rows_and_report(fuse: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_rows(fuse: str, capsys: pytest.CaptureFixture[str]) -> None:
     Path("build").mkdir()
     Path("build/fuse.png").write_bytes(b"of an earlier one")
-    command = ["simulate", fuse, "--output-interval", "0.1", "--report"]
+    command = ["simulate", fuse, "--output-interval", "0.1"]
     assert main([*command, "--output-file", "build/fuse.csv"]) == 1
     told = capsys.readouterr()
-    assert "wrote build/fuse.report.html" in told.out
     assert "results until t = 0.5 s are in build/fuse.csv (6 rows)" in told.err
     assert "at t = 0.55 s: the state joint.rail.u" in told.err
+    assert main(["report", "build/fuse.nc"]) == 0
     page = Path("build/fuse.report.html").read_text("utf-8")
     assert "The run ended early: failed: fuse" in page
-    assert "m4e-fmi simulate fuse.model.yaml" in page
     kept = m4e.load("build/fuse.nc")
     assert len(kept.time) == 6
     assert kept.attributes["ended"].startswith("failed: fuse")
