@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
-from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import M4eError
-from m4e_fmi.files.writing import check_suffix, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from m4e_fmi.results.results_file import Results
+    from m4e_fmi.results.results_file import Animation, Results
     from m4e_fmi.simulate import Simulation
-
-HEIGHT = 620
-"""Of the frame of an animation, in pixels."""
 
 
 def html(shown: object) -> str:
@@ -58,35 +51,9 @@ def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
     return made(shown, names, kind=ShownFigure)  # pyrefly: ignore[bad-argument-type]
 
 
-@dataclass(frozen=True, repr=False)
-class Animation:
-    """The page of an animation of the results in the file `source`; it loads nothing.
-
-    The frame of a notebook keeps its scripts apart from those of the notebook.
-    """
-
-    source: str
-    page: str
-
-    def save(self, path: str | Path) -> Path:
-        """Write the page to `path` (.html)."""
-        check_suffix(path, (".html",), "an animation")
-        with written(path) as part:
-            part.write_text(self.page, encoding="utf-8")
-        return Path(path)
-
-    def _repr_html_(self) -> str:
-        return (
-            f'<iframe title="animation" sandbox="allow-scripts" width="100%" height="{HEIGHT}" '
-            f'style="border:0;background:#fff" srcdoc="{escape(self.page, quote=True)}"></iframe>'
-        )
-
-    def __repr__(self) -> str:
-        return f"Animation of {self.source!r}: {len(self.page) / 1e3:.0f} kB of HTML"
-
-
 def animation(results: Results) -> Animation:
     """The animation of the results of a run; InputError for results without a scene."""
     from m4e_fmi.report.animation.results_page import run_page
+    from m4e_fmi.results.results_file import Animation
 
     return Animation(str(results.path), run_page(results))

@@ -17,6 +17,7 @@ import unicodedata
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -49,9 +50,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from netCDF4 import Dataset, Variable
 
-    from m4e_fmi.notebook.views import Animation
-
 NETCDF, CSV = ".nc", ".csv"
+HEIGHT = 620
+"""Of the frame of an animation, in pixels."""
 FORMAT = "m4e_fmi_format"
 """The attribute that has the number of a file's form."""
 FORMAT_NUMBER = 1
@@ -75,6 +76,33 @@ _OTHERS = {
 """First bytes of files of other kinds."""
 _LOOKED_AT, _SHOWN = 4096, 60
 """Bytes of a file and characters of its first line by which its kind is told."""
+
+
+@dataclass(frozen=True, repr=False)
+class Animation:
+    """The page of an animation of the results in the file `source`; it loads nothing.
+
+    The frame of a notebook keeps its scripts apart from those of the notebook.
+    """
+
+    source: str
+    page: str
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to `path` (.html)."""
+        check_suffix(path, (".html",), "an animation")
+        with written(path) as part:
+            part.write_text(self.page, encoding="utf-8")
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe title="animation" sandbox="allow-scripts" width="100%" height="{HEIGHT}" '
+            f'style="border:0;background:#fff" srcdoc="{escape(self.page, quote=True)}"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"Animation of {self.source!r}: {len(self.page) / 1e3:.0f} kB of HTML"
 
 
 @dataclass(frozen=True)
