@@ -63,7 +63,7 @@ def compare(
     """
     _check(tolerance, relative_to, floor, start_time, stop_time, time_shift)
     a = read_compared(one)
-    b = _shifted(_since(a, read_compared(reference)), time_shift)
+    b = _shifted(read_compared(reference), time_shift)
     pairs = matched(a, b, mapping=mapping or {}, variables=variables)
     between = _interval(a, b, start_time, stop_time)
     found = {
@@ -99,17 +99,6 @@ def _check(
     if start is not None and stop is not None and not start < stop:
         wrong.append(Problem(f"start_time {start:g} s is not before stop_time {stop:g} s"))
     InputError.raise_for(wrong)
-
-
-def _since(a: ComparedFile, b: ComparedFile) -> ComparedFile:
-    """The file `b` with times from the first row of `a`, if both have dates."""
-    if a.origin is None or b.origin is None:
-        return b
-    if a.zoned != b.zoned:
-        note = "only one of the files tells offsets from UTC: each counts from its own first row"
-        return replace(b, notes=(*b.notes, note))
-    note = f"both have dates: its times count from the first row of {a.path.name}"
-    return replace(b, time=b.time + (b.origin - a.origin), notes=(*b.notes, note))
 
 
 def _shifted(file: ComparedFile, shift: float) -> ComparedFile:
