@@ -131,11 +131,8 @@ def test_a_step_inside_an_fmu(c_fmu: Fmus, inside: Callable[[str, float], None])
         prepare(pair(c_fmu, "1/60 s"))
     with pytest.raises(InputError, match=r"has internal steps of 0.01 s .*: .* goes 3.7 times"):
         prepare(pair(c_fmu, step_size=0.037))
-    found = prepare(pair(c_fmu, step_size=0.025))
-    assert found.rates == {"b": ComponentStep(0.01, every=2)}
-    assert found.notes == (
-        "the system steps by 0.005 s, 5 times in each 0.025 s, to meet all points of b",
-    )
+    with pytest.raises(InputError, match=r"has internal steps of 0.01 s .*: .* goes 2.5 times"):
+        prepare(pair(c_fmu, step_size=0.025))
 
 
 @pytest.mark.parametrize("size", [0.04, 0.02, 0.01])
