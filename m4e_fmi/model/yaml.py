@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from functools import reduce
 from pathlib import Path
@@ -204,41 +204,29 @@ class ModelSection(Section):
 
 
 def model_of(document: Document) -> Model:
-    """The model in `document`; InputError with every problem found, placed in the file."""
-    section, problems = document.validate_as_far_as_possible(
-        ModelSection, required={"name": "unnamed"}
-    )
-    names = Names.of(document.data)
-    if document.data.get("dimensions", 2) not in DIMENSIONS:  # all else depends on them
-        raise InputError([p for p in problems if "dimensions" in p.message])
-    if section is not None:
-        shapes, unread = _shapes(section, document.path.parent)
-        groups = _elements(section, shapes)
-        groups["tables"], unread_tables = _tables(section, document.path.parent)
-        unread += unread_tables
-        problems += [document.problem(f.location, f.message, f.remedy) for f in unread]
-        namespace = SimpleNamespace(
-            gravity=section.gravity, dimensions=section.dimensions, **groups
+    """The model in `document`; InputError with every problem found, placed in the file.
+
+    Where keys or values are wrong, these are all problems: what they mean is checked after them.
+    """
+    section, names = document.validate(ModelSection), Names.of(document.data)
+    shapes, unread = _shapes(section, document.path.parent)
+    groups = _elements(section, shapes)
+    groups["tables"], unread_tables = _tables(section, document.path.parent)
+    unread += unread_tables
+    problems = [document.problem(f.location, f.message, f.remedy) for f in unread]
+    namespace = SimpleNamespace(gravity=section.gravity, dimensions=section.dimensions, **groups)
+    found = group_findings(namespace, names)
+    if not found and not problems:
+        model = Model(
+            name=section.name,
+            description=section.description,
+            gravity=section.gravity,
+            dimensions=section.dimensions,
+            **groups,
         )
-        complete = all(_is_whole(document, groups, group) for group in ("bodies", "joints"))
-        found = group_findings(namespace, names, complete=complete)
-        if not found and not problems:
-            model = Model(
-                name=section.name,
-                description=section.description,
-                gravity=section.gravity,
-                dimensions=section.dimensions,
-                **groups,
-            )
-            return model.place_warnings(lambda f: document.problem(f.location, f.message, f.remedy))
-        problems += [document.problem(f.location, f.message, f.remedy) for f in found]
+        return model.place_warnings(lambda f: document.problem(f.location, f.message, f.remedy))
+    problems += [document.problem(f.location, f.message, f.remedy) for f in found]
     raise InputError(problems)
-
-
-def _is_whole(document: Document, groups: Mapping[str, Collection[str]], group: str) -> bool:
-    """True if all elements of a group that are written can be used."""
-    written = document.data.get(group) or {}
-    return isinstance(written, dict) and set(map(str, written)) == set(groups[group])
 
 
 def _elements(section: ModelSection, shapes: Mapping[str, Shape]) -> dict[str, Any]:
