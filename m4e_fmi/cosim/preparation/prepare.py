@@ -26,7 +26,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile, answers
-from m4e_fmi.cosim.system.component_steps import pace, rounded
+from m4e_fmi.cosim.system.component_steps import pace
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.cosim.wiring.added_mass import without_added_mass
@@ -96,7 +96,7 @@ def prepare(
             *start_values_without_effect(system, wiring, structure),
             *within_ramps(system, descriptions),
         )
-        notes = (*rounded(system.simulation), *wiring.notes, *found, *refused, *late)
+        notes = (*wiring.notes, *found, *refused, *late)
         prepared = Prepared(system, descriptions, wiring, structure, rates, apart, notes, warnings)
         return prepared.recording()
 

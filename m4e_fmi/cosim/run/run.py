@@ -175,7 +175,7 @@ class Run:
         self._shortens = own and not without_rollback(self.prepared.descriptions)
         if isinstance(self.algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
-                instance.stop_at_events()
+                instance.events.goes_on = False  # a step ends at an event within it
         bonds = self.network.scenario.untouched(self.prepared.wiring.bonds)
         self.energy = EnergyBalance(self.network, bonds, self.algorithm.followed)
         self.second_look = SecondLook(self.network)

@@ -10,9 +10,7 @@ from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import (
     NS_PER_SECOND,
     ComponentStep,
-    Simulation,
     fits,
-    is_whole,
     rate,
     seconds,
 )
@@ -22,19 +20,6 @@ from m4e_fmi.fmu.importer.reading import Description
 
 ComponentSteps = Mapping[str, ComponentStep]
 """Component → its step; without those that algorithms may step as they like."""
-
-
-def rounded(simulation: Simulation) -> list[str]:
-    """A note on the steps of a step_size that is not of whole nanoseconds; empty for others."""
-    size = simulation.step_size
-    if is_whole(size):
-        return []
-    whole = simulation.step_ns
-    left = (simulation.stop_ns - simulation.start_ns) % whole
-    note = f"steps are whole nanoseconds: those of step_size {size:.12g} s are {whole} ns long"
-    if left and simulation.coupling_tolerance is None:
-        note += f", but the last one, up to the stop time, which is {left} ns long"
-    return [note]
 
 
 def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, ComponentStep]:
