@@ -313,7 +313,7 @@ def _wrong_value(case: _Case) -> Complaint:
     text = case.text.removeprefix("Value error, ").removeprefix("Input should be ")
     text = _PLAIN_WORDS.get(case.type, text)
     expected = "expected " if text != case.text else ""
-    where = ".".join(map(str, _plain_keys(case.keys)))
+    where = ".".join(map(str, _plain_keys(case.keys) or case.at[-1:]))
     message = f"{where}: {expected}{text}{_got(case.given)}"
     return Complaint((*case.location, "@value"), message, _instead(case))
 
