@@ -21,9 +21,6 @@ from m4e_fmi.files.limits import LARGEST_TABLE
 from m4e_fmi.units import number_in, parse_unit
 
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
-_WITH_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
-_WITH_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _UNIT = re.compile(r"(?<!\s)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
 _WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
@@ -80,8 +77,7 @@ def read_columns(
     are converted; without, they are in the unit asked for. A column may be asked for with or
     without that ending, and in the unit None: as it stands in the file.
     `asked` gives the source of each demand by column name, where the problems do not show it.
-    Columns are separated by commas, semicolons or tabs; empty lines are skipped. Between
-    semicolons or tabs numbers may have decimal commas, as of spreadsheets in many languages.
+    Columns are separated by commas, semicolons or tabs; empty lines are skipped.
     InputError with all problems: no file, not a text, fewer than two columns, unknown names,
     units that are unknown or of another dimension, entries that are not finite numbers.
     """
@@ -194,33 +190,7 @@ def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
                 "remove the lines above the names of the columns",
             )
         raise InputError([_problem(path, lines, rows[0][0], message, remedy)])
-    return lines, rows if mark == "," else _with_points(path, lines, rows)
-
-
-Rows = list[tuple[int, list[str]]]
-"""Entries of lines by the number of the line."""
-
-
-def _with_points(path: Path, lines: Sequence[str], rows: Rows) -> Rows:
-    """The rows with points in place of decimal commas.
-
-    InputError where commas may stand between thousands: there are points, too, or all commas have
-    three digits behind them.
-    """
-    of = [(line, entry.strip()) for line, row in rows for entry in row]
-    commas = [(line, entry) for line, entry in of if _WITH_COMMA.fullmatch(entry)]
-    if not commas:
-        return rows
-    line, entry = commas[0]
-    points = [other for _, other in of if _WITH_POINT.fullmatch(other)]
-    if points or all(_THOUSANDS.fullmatch(entry) for _, entry in commas):
-        why = f"{points[0]!r} has a point" if points else "all commas have three digits behind them"
-        message = f"{entry!r} may have a decimal comma, or one between thousands: {why}"
-        raise InputError([_problem(path, lines, line, message, "write decimal points")])
-    return [
-        (line, [e.replace(",", ".") if _WITH_COMMA.fullmatch(e.strip()) else e for e in row])
-        for line, row in rows
-    ]
+    return lines, rows
 
 
 def shortened(problems: Sequence[Problem]) -> list[Problem]:
@@ -323,6 +293,8 @@ def _remedy(entry: str) -> str:
     """Remedy for an entry that is not a number, "" if none is certain."""
     if OF_CLOCK.search(entry):
         return AS_SECONDS
+    if re.fullmatch(r"[-+\d.]*,[\d.eE+-]*", entry.strip()):
+        return "write decimal points"
     if ";" in entry:
         return "separate the names of the columns as the numbers are, by semicolons"
     return ""

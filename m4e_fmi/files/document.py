@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.composer import Composer, MaxDepthExceededError
@@ -38,7 +37,6 @@ from m4e_fmi.files.sections import (
     Section,
     SectionType,
     complaints,
-    found_at,
     rejected,
     rejected_at,
 )
@@ -48,7 +46,6 @@ _HALF = re.compile(r"[\ud800-\udfff]")
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
 __all__ = ["Document", "Location", "Section", "SectionType", "rejected", "rejected_at"]
-_MOST_PRUNINGS = 20
 
 
 class Place(NamedTuple):
@@ -280,30 +277,6 @@ class Document:
         except ValidationError as error:
             raise InputError(self._problems(section, at, error)) from None
 
-    def validate_as_far_as_possible(
-        self, section: type[SectionType], *, required: Mapping[str, object]
-    ) -> tuple[SectionType | None, list[Problem]]:
-        """The whole document as a `section` without its wrong parts, and all problems.
-
-        So that later checks can look at the rest. An unknown key is left out; a wrong value takes
-        the section that it stands in with it. `required` gives values that stand in for required
-        keys of the top level. None if nothing useful is left.
-        """
-        data = copy.deepcopy(self.data)
-        problems: list[Problem] = []
-        for _ in range(_MOST_PRUNINGS):
-            try:
-                return section.model_validate(data), problems
-            except ValidationError as error:
-                problems = problems or self._problems(section, (), error)
-                wrong = {_wrong_part(data, item) for item in error.errors()}
-                if () in wrong and required.keys() <= data.keys():
-                    break
-                for location in sorted(wrong, key=str, reverse=True):
-                    _remove(data, location)
-                data = {**required, **data}
-        return None, problems
-
     def texts(self, at: Location) -> Iterator[tuple[Location, str]]:
         """All texts below `at`, each with the keys that lead to it from there."""
         try:
@@ -338,25 +311,3 @@ class Document:
         found = complaints(section, self._at(at), error, at)
         problems = (self.problem((*at, *keys), *texts) for keys, *texts in found)
         return list(dict.fromkeys(problems))
-
-
-def _wrong_part(data: object, error: ErrorDetails) -> Location:
-    """Location of the part of `data` to leave out for an error of pydantic's; () for all of it."""
-    location, value = found_at(data, tuple(error["loc"]))
-    if error["type"] == "extra_forbidden" or isinstance(value, (dict, list)):
-        return location
-    return location[:-1] if len(location) > 1 else location
-
-
-def _remove(data: Any, location: Location) -> None:
-    """Take the entry at `location` out of nested data, if it is still there."""
-    *parents, last = location or ("",)
-    for key in parents:
-        try:
-            data = data[key]
-        except (KeyError, IndexError, TypeError):
-            return
-    if isinstance(data, dict):
-        data.pop(last, None)
-    elif isinstance(data, list) and isinstance(last, int) and last < len(data):
-        del data[last]

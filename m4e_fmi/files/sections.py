@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 import types
 import typing
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from m4e_fmi.errors import suggestion
-from m4e_fmi.units import TOO_LARGE, parse_quantity, parse_unit
+from m4e_fmi.units import TOO_LARGE, parse_quantity
 
 Location = tuple[str | int, ...]
 """Keys and indices (from 0) that lead to a value from the top of a file, or of a section."""
@@ -152,13 +152,6 @@ def tags(kind: object) -> set[str]:
     """Words by which a section is chosen from a union."""
     literals = (f.annotation for f in fields_of(kind).values() if f.is_required())
     return {tag for a in literals if typing.get_origin(a) is Literal for tag in typing.get_args(a)}
-
-
-def tags_most_alike(kinds: Iterable[object], given: Iterable[str]) -> set[str]:
-    """Tags of those sections that have most of the keys `given`."""
-    shared = [(len(fields_of(kind).keys() & given), kind) for kind in kinds]
-    most = max((count for count, _ in shared), default=0)
-    return {tag for count, kind in shared if count == most for tag in tags(kind)}
 
 
 class Complaint(NamedTuple):
@@ -302,8 +295,7 @@ def _unknown_word(case: _Case) -> Complaint:
 
 def _unknown_tag(case: _Case) -> Complaint:
     key, tag = str(case.context["discriminator"]).strip("'"), str(case.context["tag"])
-    given = case.given if isinstance(case.given, dict) else {}
-    remedy = suggestion(tag, tags_most_alike(case.types(), given))
+    remedy = suggestion(tag, {tag for kind in case.types() for tag in tags(kind)})
     return Complaint((*case.location, key, "@value"), f"unknown {key} {tag!r}", remedy)
 
 
@@ -321,7 +313,7 @@ def _wrong_value(case: _Case) -> Complaint:
     text = case.text.removeprefix("Value error, ").removeprefix("Input should be ")
     text = _PLAIN_WORDS.get(case.type, text)
     expected = "expected " if text != case.text else ""
-    where = ".".join(map(str, _plain_keys(case.keys)))
+    where = ".".join(map(str, _plain_keys(case.keys) or case.at[-1:]))
     message = f"{where}: {expected}{text}{_got(case.given)}"
     return Complaint((*case.location, "@value"), message, _instead(case))
 
@@ -332,58 +324,25 @@ def _instead(case: _Case) -> str:
     if kind == "string_type" and isinstance(given, int | float):
         return f'write it in quotes: "{given}"'
     if kind in ("float_type", "float_parsing") and isinstance(given, str):
-        return _number_instead(given, _unit_beside(case))
+        return _number_instead(given)
     if kind in _LIMITS:
         (limit,) = case.context.values()
         return f"write a number {_LIMITS[kind]} {limit:g}"
-    if kind == "dict_type" and isinstance(given, list):
-        return f"give each entry a name: {case.keys[-1]}: {{name: {{…}}}}"
-    return _example(case) if kind in _SECTIONS else ""
+    return ""
 
 
-def _unit_beside(case: _Case) -> str:
-    """The unit of a value, or of an entry of `values`, that stands beside it; "" without."""
-    keys = [*case.location]
-    while keys and isinstance(keys[-1], int):
-        keys.pop()
-    if not keys or keys.pop() not in ("value", "values"):
-        return ""
-    _, section = found_at(case.data, tuple(keys))
-    unit = section.get("unit") if isinstance(section, dict) else None
-    return unit if isinstance(unit, str) else ""
-
-
-def _number_instead(text: str, unit: str) -> str:
-    """The number to write in place of a text, where numbers are in `unit`, or in SI units if ""."""
+def _number_instead(text: str) -> str:
+    """The number to write in place of a text."""
     try:
         given = parse_quantity(text)
     except ValueError:
         return "write a number without quotes; expressions stand where their value is used"
-    number = given.si_number
-    if not number:
-        return TOO_LARGE
     if given.unit.text == "1":
         return "write a number without quotes"
-    if not unit and given.unit.si_text in ("rad", "1/s"):
-        return "write a number without unit: angles and frequencies are in that of the key's page"
-    if not unit:
-        told = f"{text} is {number} {given.unit.si_text}"
-        return f"write {number}: numbers here are in SI units ({told})"
-    told = f"the number is in {unit}, as 'unit' beside it says"
-    try:
-        return f"write {given.in_unit(parse_unit(unit)):.12g}: {told}"
-    except ValueError:
-        return f"write a number without unit: {told}"
-
-
-def _example(case: _Case) -> str:
-    """Example of a section to write in place of another value."""
-    of_kinds = ([n for n, f in fields_of(k).items() if f.is_required()] for k in case.types())
-    needed = next(filter(None, of_kinds), [])
-    first = case.given if isinstance(case.given, int | float) else "…"
-    values = [first, *("…" for _ in needed[1:])]
-    shown = ", ".join(map("{}: {}".format, needed, values))
-    return f"write {(*case.at, *case.keys)[-1]}: {{{shown}}}" if needed else ""
+    if not (number := given.si_number):
+        return TOO_LARGE
+    told = f"{text} is {number} {given.unit.si_text}"
+    return f"write a number in the unit of the key, SI units where none stands beside it: {told}"
 
 
 def _got(value: object) -> str:

@@ -59,16 +59,16 @@ UNITS = "write it like N.s/m or kg.m2"
 def findings(model: Groups) -> list[ModelFinding]:
     """Everything wrong with `model`."""
     found = list(element_findings(model, Names.of(model)))
-    return found or list(_further_findings(model, (), complete=True))
+    return found or list(_further_findings(model, ()))
 
 
-def group_findings(groups: Groups, names: Names, *, complete: bool = True) -> list[ModelFinding]:
+def group_findings(groups: Groups, names: Names) -> list[ModelFinding]:
     """Everything wrong with the groups of a Model, of which some elements may be missing.
 
-    The tree is looked at if all bodies and joints are there (`complete`) and their names are right.
+    The tree is looked at if the names of bodies and joints are right.
     """
     found = list(element_findings(groups, names))
-    return [*found, *_further_findings(groups, found, complete=complete)]
+    return [*found, *_further_findings(groups, found)]
 
 
 def findings_with(
@@ -90,15 +90,13 @@ def findings_with(
     return check
 
 
-def _further_findings(
-    model: Groups, found: Collection[ModelFinding], *, complete: bool
-) -> Iterator[ModelFinding]:
+def _further_findings(model: Groups, found: Collection[ModelFinding]) -> Iterator[ModelFinding]:
     """Problems of the tree and the numbers that do not follow from those `found` already.
 
     Numbers that are wrong, and those made from parameters that are wrong, are passed over.
     """
     wrong = {f.location for f in found}
-    if complete and not any(at[0] == "joints" and at[-1] in TREE for at in wrong):
+    if not any(at[0] == "joints" and at[-1] in TREE for at in wrong):
         yield from _tree_findings(model)
     names = {at[1] for at in wrong if at[0] in ("parameters", "tables") and len(at) > 1}
     fields = vars(model).copy()

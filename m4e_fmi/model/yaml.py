@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
 from functools import reduce
 from pathlib import Path
@@ -187,42 +187,30 @@ class ModelSection(Section):
 
 
 def model_of(document: Document) -> Model:
-    """The model in `document`; InputError with every problem found, placed in the file."""
+    """The model in `document`; InputError with every problem found, placed in the file.
+
+    Where keys or values are wrong, these are all problems: what they mean is checked after them.
+    """
 
     def placed(finding: ModelFinding) -> Problem:
         return document.problem(finding.location, finding.message, finding.remedy)
 
-    section, problems = document.validate_as_far_as_possible(
-        ModelSection, required={"name": "unnamed"}
+    section, names = document.validate(ModelSection), Names.of(document.data)
+    shapes, unread = _shapes(section, document.path.parent)
+    groups = _elements(section, shapes)
+    groups["tables"], unread_tables = _tables(section, document.path.parent)
+    unread += unread_tables
+    model = Groups(
+        name=section.name,
+        description=section.description,
+        gravity=section.gravity,
+        dimensions=section.dimensions,
+        **groups,
     )
-    names = Names.of(document.data)
-    if document.data.get("dimensions", 2) not in DIMENSIONS:  # all else depends on them
-        raise InputError([p for p in problems if "dimensions" in p.message])
-    if section is not None:
-        shapes, unread = _shapes(section, document.path.parent)
-        groups = _elements(section, shapes)
-        groups["tables"], unread_tables = _tables(section, document.path.parent)
-        unread += unread_tables
-        problems += map(placed, unread)
-        model = Groups(
-            name=section.name,
-            description=section.description,
-            gravity=section.gravity,
-            dimensions=section.dimensions,
-            **groups,
-        )
-        complete = all(_is_whole(document, groups, group) for group in ("bodies", "joints"))
-        found = group_findings(model, names, complete=complete)
-        if not found and not problems:
-            return Model(**vars(model)).place_warnings(placed)
-        problems += map(placed, found)
-    raise InputError(problems)
-
-
-def _is_whole(document: Document, groups: Mapping[str, Collection[str]], group: str) -> bool:
-    """True if all elements of a group that are written can be used."""
-    written = document.data.get(group) or {}
-    return isinstance(written, dict) and set(map(str, written)) == set(groups[group])
+    found = group_findings(model, names)
+    if not found and not unread:
+        return Model(**vars(model)).place_warnings(placed)
+    raise InputError([placed(finding) for finding in (*unread, *found)])
 
 
 def _elements(section: ModelSection, shapes: Mapping[str, Shape]) -> dict[str, Any]:

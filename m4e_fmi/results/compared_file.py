@@ -1,7 +1,7 @@
 """Variables over time of a file of results: ours (netCDF), or a table of any tool.
 
 `read_compared` gives all of them, to be compared; `read_measured` one motion, in SI units. `doubts`
-are rows of a record that seem to be no measurements: marks of missing values, spikes.
+are rows of a record that seem to be no measurements: marks of missing values.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.results.foreign_table import ForeignTable, TableVariable, read_foreign_table
+from m4e_fmi.results.foreign_table import TableVariable, read_foreign_table
 from m4e_fmi.results.results_file import NETCDF, Results, load
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import Unit, parse_unit
@@ -28,11 +28,6 @@ LEAST_NINES = 3
 """Of a mark, as -9999 or 999.9."""
 BEYOND = 2.0
 """Magnitude of a mark, over the largest of the other values, at least."""
-BESIDE = 2
-"""Rows on each side of one, of whose median a spike is far."""
-OF_SPREAD, OF_USUAL, OF_ALL = 5.0, 20.0, 1.0
-"""Distance of a spike from that median, at least: over the spread of the rows around, over the
-median of all such distances, over the standard deviation of all values."""
 REMEDY = "they count as measured; if they are not, leave their entries empty"
 MOTIONS = {
     **dict.fromkeys(("surge", "x"), "surge"),
@@ -49,18 +44,12 @@ TURNS = ("roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class ComparedFile:
-    """Variables by name at `time` (n,) [s], which increases; `notes` tell how the file was read.
-
-    Of a file with dates the time counts from its first row, at `origin` [s] after the year 0, which
-    is in UTC if the file is `zoned`, and else at a place that it does not tell.
-    """
+    """Variables by name at `time` (n,) [s], which increases; `notes` tell how the file was read."""
 
     path: Path
     time: np.ndarray = field(repr=False)
     quantities: Mapping[str, TableVariable]
     notes: tuple[str, ...] = ()
-    origin: float | None = None
-    zoned: bool = False
 
     def __repr__(self) -> str:
         title = f"ComparedFile of {str(self.path)!r}: {span(self.time)}"
@@ -78,38 +67,12 @@ def read_compared(source: str | Path | Results) -> ComparedFile:
     path = as_path(source)
     suffix = path.suffix.lower()
     if suffix in SUFFIXES:
-        return _of_table(path, read_foreign_table(path))
+        return _of_table(path)
     if suffix == NETCDF or not path.is_file():
         return _of_results(load(path))
     kinds = ", ".join((NETCDF, *SUFFIXES))
     message, remedy = "is no file of results by its name", f"names of such files end in {kinds}"
     raise InputError.single(message, remedy, str(path))
-
-
-def _of_table(path: Path, table: ForeignTable) -> ComparedFile:
-    clock, timed, notes = table.clock, table.clock_column, list(table.notes)
-    if clock is None or timed is None:
-        return _of_columns(path, table.columns, notes, table.lines)
-    rest = [column for column in table.columns if column is not timed]
-    if any(_is_in_seconds(column) for column in rest):
-        notes.append(
-            f"dates or times of day in {timed.name!r} left out: a time in seconds is there"
-        )
-        return _of_columns(path, rest, notes, table.lines)
-    notes.append(f"times are seconds from the first row, {clock.first}")
-    columns = [replace(timed, name=TIMES[0]), *rest]
-    found = _of_columns(path, columns, notes, table.lines)
-    return replace(found, origin=clock.origin, zoned=clock.zoned)
-
-
-def _is_in_seconds(column: TableVariable) -> bool:
-    """True for a time beside dates: T without a unit may as well be a temperature."""
-    if column.name.lower() not in TIMES:
-        return False
-    try:
-        return parse_unit(column.unit or "1").same_dimension(parse_unit("s"))
-    except ValueError:
-        return False
 
 
 def _of_results(results: Results) -> ComparedFile:
@@ -125,14 +88,14 @@ def _of_results(results: Results) -> ComparedFile:
     return ComparedFile(results.path, np.asarray(results.time, float), found, notes)
 
 
-def _of_columns(
-    path: Path, columns: Sequence[TableVariable], notes: Sequence[str], lines: Sequence[int] | None
-) -> ComparedFile:
+def _of_table(path: Path) -> ComparedFile:
+    table = read_foreign_table(path)
+    columns, told, lines = table.columns, list(table.notes), table.lines
     times = [c for c in columns if c.name.lower() in TIMES]
     if not times:
         remedy = f"call it 'time [s]'; {suggestion('', [c.name for c in columns], 'columns')}"
         raise InputError.single("has no column for the time", remedy, str(path))
-    first, told = times[0], list(notes)
+    first = times[0]
     time = _seconds(path, first, told)
     _check_times(path, time, lines)
     last = np.append(np.diff(time) > 0.0, True)  # of rows at one time, as at an event
@@ -181,53 +144,23 @@ def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) ->
     """
     known = np.isfinite(values)
     t, x = time[known], values[known]
-    marked = _marks(x)
-    for value in np.unique(x[marked]).tolist():
+    for value in np.unique(x[_marks(x)]).tolist():
         rows = t[x == value]
+        count = f"{len(rows)} row{'s are' if len(rows) > 1 else ' is'}"
         yield (
-            f"{_rows(len(rows))} {value:g} {unit}, the first at {rows[0]:g} s, as marks of missing "
+            f"{count} {value:g} {unit}, the first at {rows[0]:g} s, as marks of missing "
             f"values are: {REMEDY}"
         )
-    t, x = t[~marked], x[~marked]
-    far = _spikes(x)
-    if far.any():
-        k = int(np.flatnonzero(far)[0])
-        yield (
-            f"{_rows(int(np.sum(far)))} far from those beside, the first at {t[k]:g} s "
-            f"({x[k]:g} {unit}), as spikes are: {REMEDY}"
-        )
-
-
-def _rows(count: int) -> str:
-    return f"{count} row{'s are' if count > 1 else ' is'}"
 
 
 def _marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     """True of `values` (n,) whose digits are nines, far beyond all others."""
-    large = np.unique(values[np.abs(values) > np.median(np.abs(values))]) if len(values) else values
-    nines = np.isin(values, [value for value in large.tolist() if _has_nines(value)])
+    digits = {value: f"{abs(value):g}".replace(".", "") for value in np.unique(values).tolist()}
+    nines = np.isin(values, [v for v, d in digits.items() if d == "9" * max(LEAST_NINES, len(d))])
     others = np.abs(values[~nines])
     if not len(others):
         return np.zeros(len(values), bool)
     return nines & (np.abs(values) > BEYOND * others.max())
-
-
-def _has_nines(value: float) -> bool:
-    digits = f"{abs(value):g}".replace(".", "")
-    return len(digits) >= LEAST_NINES and {*digits} == {"9"}
-
-
-def _spikes(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """True of `values` (n,) that are far from the median of the rows around them."""
-    if len(values) <= 4 * BESIDE:
-        return np.zeros(len(values), bool)
-    padded = np.pad(values, BESIDE, mode="reflect")
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * BESIDE + 1)
-    around = np.sort(around, axis=1)
-    spread = np.minimum(around[:, -2] - around[:, 0], around[:, -1] - around[:, 1])
-    away = np.abs(values - around[:, BESIDE])
-    beyond = max(OF_USUAL * float(np.median(away)), OF_ALL * float(np.std(values)))
-    return (away > OF_SPREAD * spread) & (away > beyond)
 
 
 @dataclass(frozen=True)

@@ -68,14 +68,6 @@ _BELONG = "the results and the checkpoint of one run belong together: give those
 _DAMAGED = (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError)
 """Errors of reading a file that is damaged."""
 _HDF5 = b"\x89HDF"
-_OTHERS = {
-    b"PAR1": "Parquet",
-    b"PK": "a ZIP archive, as an FMU and a system's package (.ssp) are",
-    b"\x89PNG": "a picture (PNG)",
-}
-"""First bytes of files of other kinds."""
-_LOOKED_AT, _SHOWN = 4096, 60
-"""Bytes of a file and characters of its first line by which its kind is told."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -184,10 +176,9 @@ def _load(path: Path) -> Results:
     if not path.stat().st_size:
         raise InputError.single("is empty: it has no results", "run again", str(path))
     with path.open("rb") as file:
-        head = file.read(_LOOKED_AT)
+        head = file.read(len(MAGIC))
     if not head.startswith((_HDF5, MAGIC)):  # others are not given to the netCDF library
-        message = f"is not a file of results (netCDF), but {_kind(head)}"
-        raise InputError.single(message, _instead(path), str(path))
+        raise InputError.single("is not a file of results (netCDF)", WRITTEN, str(path))
     try:
         with _stored(path) as stored:
             return _results_of(path, stored)
@@ -198,31 +189,6 @@ def _load(path: Path) -> Results:
         said = f": {error}" if clear else ""
     message, remedy = f"is cut off or damaged{said}", "copy it again, or run again"
     raise InputError.single(message, remedy, str(path))
-
-
-def _kind(head: bytes) -> str:
-    """The kind of a file that begins with `head`, if it can be recognised."""
-    for magic, kind in _OTHERS.items():
-        if head.startswith(magic):
-            return kind
-    text = head.decode("utf-8-sig", "replace").rstrip("\ufffd")  # it may end in a character
-    if "\0" in text or "\ufffd" in text:
-        return "data of a kind that is not known here"
-    first = text.partition("\n")[0].strip()
-    kind = "a table (CSV)" if "," in first else "text"
-    return f"{kind} with the first line {first[:_SHOWN]!r}"
-
-
-def _instead(path: Path) -> str:
-    """Remedy for loading a file that is not netCDF."""
-    beside = path.with_suffix(NETCDF)
-    if beside.name != path.name and beside.is_file():
-        return f"load {beside.name}, which is beside it"
-    if path.suffix.lower() == CSV:
-        return f"load the {NETCDF} file that was written with it; pandas reads this one"
-    if path.suffix.lower() in (".yaml", ".yml"):
-        return "load_model, load_system or load_study reads it"
-    return WRITTEN
 
 
 def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:

@@ -11,14 +11,12 @@ import numpy as np
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
-from m4e_fmi.results.growth import largest_growth
+from m4e_fmi.results.growth import FACTOR, Growth
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.signals import Terminated
 
 HUGE = 1e20
 """No state of a working system is so large, in SI units."""
-STOPS, FAILED = 6.0, 4.0
-"""Decades of growth that tell an unstable system: of one that went on, and where it has failed."""
 _FIXED = "take a smaller step_size, or a method that controls its error, as dop853"
 _SYSTEM = (
     "look at the signs of stiffness, damping and feedback, or give it damping; what is meant to "
@@ -34,16 +32,21 @@ def instability(
     `states` are the program's first states, shape (n, states), in their units, at `times` (n,)
     [s]. With an empty `failure`, at the end of a simulation, a state must have become huge besides.
     """
-    least = 0.0 if failure else HUGE
-    columns = {
-        v.name: column
-        for v, column in zip(program.states, states.T, strict=False)
-        if np.fmax.reduce(np.abs(column), initial=0.0) > least
-    }
-    grown = largest_growth(times, columns, decades=FAILED if failure else STOPS)
-    if grown is None or grown.high < 1.0:
+    sizes = np.abs(states)
+    bad = np.flatnonzero(~np.isfinite(sizes).all(axis=1))
+    sizes = sizes[: int(bad[0])] if len(bad) else sizes
+    if not sizes.size:
         return None
-    state = next(v for v in program.states if v.name == grown.name)
+    last, high = len(sizes) - 1, sizes[-1]
+    half = int(np.searchsorted(times[: last + 1], (times[0] + times[last]) / 2))
+    low = sizes[: half + 1].max(axis=0)
+    least = np.maximum(FACTOR * low, 1.0) if failure else np.full(len(low), HUGE)
+    if not (high > least).any():
+        return None
+    worst = int(np.argmax(high / least))
+    state = program.states[worst]
+    found = times[half], low[worst], times[last], high[worst]
+    grown = Growth(state.name, *map(float, found))
     then = f"; then {failure}" if failure else ""
     message = f"{program.name} is unstable: {grown.text(state.description, state.unit)}{then}"
     return RunError(message, _FIXED if method == "rk4" else _SYSTEM)

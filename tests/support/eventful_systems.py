@@ -158,7 +158,7 @@ class EventfulSystem:
         try:
             return self._true_and_stated()
         except RunError as error:
-            if "unstable" not in error.message:
+            if "grew from" not in error.message:
                 raise
         settings = self.system.simulation
         steps = round(settings.stop_time / settings.step_size) // 2

@@ -136,6 +136,3 @@ def test_what_reads_other_files_than_results_is_told(tmp_path: Path) -> None:
     xarray.Dataset(attrs={"study": "name: s"}).to_netcdf(tmp_path / "s.nc")
     with pytest.raises(InputError, match=r"result of a study: `xarray\.open_dataset` reads it"):
         load(tmp_path / "s.nc")
-    (tmp_path / "s.study.yaml").write_text("name: s\n")
-    with pytest.raises(InputError, match="load_model, load_system or load_study reads it"):
-        load(tmp_path / "s.study.yaml")

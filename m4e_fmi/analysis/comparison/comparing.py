@@ -63,7 +63,7 @@ def compare(
     """
     _check(tolerance, relative_to, floor, start_time, stop_time, time_shift)
     a = read_compared(one)
-    b = _since(a, read_compared(reference))
+    b = read_compared(reference)
     if time_shift:
         notes = (*b.notes, f"{time_shift:g} s added to its times")
         b = replace(b, time=b.time + time_shift, notes=notes)
@@ -109,17 +109,6 @@ def _check(
     if start is not None and stop is not None and not start < stop:
         wrong.append(Problem(f"start_time {start:g} s is not before stop_time {stop:g} s"))
     InputError.raise_for(wrong)
-
-
-def _since(a: ComparedFile, b: ComparedFile) -> ComparedFile:
-    """The file `b` with times from the first row of `a`, if both have dates."""
-    if a.origin is None or b.origin is None:
-        return b
-    if a.zoned != b.zoned:
-        note = "only one of the files tells offsets from UTC: each counts from its own first row"
-        return replace(b, notes=(*b.notes, note))
-    note = f"both have dates: its times count from the first row of {a.path.name}"
-    return replace(b, time=b.time + (b.origin - a.origin), notes=(*b.notes, note))
 
 
 def _interval(

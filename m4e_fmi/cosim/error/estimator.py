@@ -218,7 +218,7 @@ class ErrorEstimator(Restorable):
         start = None if self._beside else self._network.keep()
         values = [self._network.values[self._sources][None]]
         state.stretch = Stretch(start, min(edge, state.steps + FIRST), values, self._now)
-        self._roughness.start_over()
+        self._roughness.largest[:] = 0.0
 
     def halt(self) -> None:
         """End repeated steps at the next point, called by another thread."""

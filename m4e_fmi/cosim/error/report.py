@@ -142,14 +142,12 @@ class CouplingErrorReport:
         )
         return text if named else ""
 
-    def warning(self, *, advice: bool = True) -> str:
+    def warning(self) -> str:
         """The warning of an error that leaves no result; empty if the largest is not LARGE."""
         worst = self.worst
         if worst is None or worst.error <= LARGE:
             return ""
         told = f"the coupling error is {worst}: the results are unusable"
-        if not advice:
-            return told
         smaller = "coupling_tolerance" if self.adaptive else f"step_size{self._halved}"
         if not worst.falls:
             events = "another algorithm, or FMUs that announce their events"

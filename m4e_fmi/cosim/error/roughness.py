@@ -41,16 +41,12 @@ class Roughness(Restorable):
         self.operation = Monitor(self._flags, source, self.gate, self._past)
         self._source = source
         self.largest = self._past[5 * count : 6 * count]
-        """Largest fourth difference of each output since `start_over`."""
+        """Largest fourth difference of each output since it was set to 0."""
         self.forget()
 
     def forget(self) -> None:
         """Compare the next steps with none before this one."""
         self._past[-1] = STEPS
-
-    def start_over(self) -> None:
-        """Begin anew with the `largest` fourth differences."""
-        self.largest[:] = 0.0
 
     def sudden(self, row: int, steps: int, *, same: bool, jumped: bool) -> np.ndarray:
         """Suddenly rough steps (k,) of so many, as indices from 0.

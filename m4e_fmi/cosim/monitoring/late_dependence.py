@@ -5,10 +5,10 @@ may be wrong, or by probing at a few points. At communication points, ever more 
 read once more, when all inputs are set: one that has changed since it was exchanged follows an
 input, and the exchanged value was late.
 
-Some FMUs lose outputs when inputs are set. So an output follows an input only if it moves when that
-is set to its value at the point before, and is back when the input is. An input that is discrete is
-not set for that, and nothing in an FMU with event mode: that may be an event, which outputs may
-follow whatever they depend on.
+Some FMUs lose outputs when inputs are set. So an output follows inputs only if it differs between
+their values at the point before and the present ones, set one after the other. Inputs that are
+discrete are not set for that, and nothing in an FMU with event mode: that may be an event, which
+outputs may follow whatever they depend on.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.network.operations import Get, setting
 from m4e_fmi.cosim.network.restorable import Restorable
 from m4e_fmi.cosim.network.schedule import Schedule
-from m4e_fmi.cosim.wiring.links import Link, Port
+from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.cosim.wiring.structure import DECLARED, PROBED, STATED, how_known
 
 RARER = 2
@@ -121,90 +121,53 @@ class SecondLook(Restorable):
         suspects = [name for name in changed if moved[name]]
         if not suspects or part.instance.has_ended:
             return
-        follows = self._followed(part, suspects)
+        follows = self._following(part, suspects)
         if follows is None:
             return
         exchanged_ports = self._network.outputs
-        spoilt = (Port(component, name) for name in suspects if not follows[name])
+        spoilt = (Port(component, name) for name in suspects if name not in follows)
         self._spoilt |= {port for port in spoilt if port in exchanged_ports}  # others may be old
         for how in (DECLARED, STATED, PROBED):
-            own = {name: follows[name] for name in suspects if how_known(description, name) == how}
-            own = {name: inputs for name, inputs in own.items() if inputs}
+            own = [name for name in follows if how_known(description, name) == how]
             if own:
-                note = self._probed(part, own) if how == PROBED else self._declared(part, own, how)
+                note = self._text(component, own, how)
                 self._seen = {**self._seen, **{Port(component, name): note for name in own}}
 
-    def _followed(
-        self, part: _Part, outputs: Sequence[str]
-    ) -> Mapping[str, tuple[str, ...]] | None:
-        """The connected inputs that outputs follow; None if these are as at the point before."""
-        network, instance = self._network, part.instance
-        places = range(*network.input_slice(instance.name).indices(len(network.targets)))
-        found: dict[str, tuple[str, ...]] = dict.fromkeys(outputs, ())
-        rows = [part.outputs.index(name) for name in outputs]
-        moved, returns = False, instance.description.saves_state
-        if returns:
+    def _following(self, part: _Part, outputs: Sequence[str]) -> list[str] | None:
+        """Those outputs that follow inputs; None if these are as at the point before."""
+        network, instance, known = self._network, part.instance, part.instance.description
+        links = [
+            link
+            for link in network.links_to(instance.name)
+            if known.variables[link.target.variable].variability == "continuous"
+            and any(link.target.variable not in known.dependencies[name] for name in outputs)
+        ]
+        present = network.inputs[[network.place(link) for link in links]]
+        former = network.values[[network.before + network.index(link.source) for link in links]]
+        if np.array_equal(former, present):
+            return None
+        if known.saves_state:
             instance.save_state()
-        for k in places:
-            link, name = network.links[k], network.targets[k].variable
-            if instance.description.variables[name].variability != "continuous":
-                continue
-            value = float(network.inputs[k])
-            before = float(network.values[network.before + network.index(link.source)])
-            if before == value:
-                continue
-            moved = True
-            changed = part.changed(*(self._with(part, link, given) for given in (before, value)))
-            for output, row in zip(outputs, rows, strict=True):
-                if changed[row] and name not in instance.description.dependencies[output]:
-                    found[output] += (name,)
-        if returns:
+        seen: list[np.ndarray] = []
+        for values in (former, present):
+            Schedule(setting(instance, links, values)).run(instance.time)
+            seen.append(part.read())
+        if known.saves_state:
             instance.restore_state(network.time)
-        return found if moved else None
+        moved = dict(zip(part.outputs, part.changed(*seen), strict=True))
+        return [name for name in outputs if moved[name]]
 
-    def _with(self, part: _Part, link: Link, value: float) -> np.ndarray:
-        """The outputs when a link carries a value, in the unit of its source."""
-        network = self._network
-        links = [other for other in network.links if other.target == link.target]
-        values = [value if k is link else network.inputs[network.place(k)] for k in links]
-        Schedule(setting(part.instance, links, np.array(values))).run(part.instance.time)
-        return part.read()
-
-    def _declared(self, part: _Part, follows: Mapping[str, Sequence[str]], how: str) -> str:
-        component, description = part.instance.name, part.instance.description
-        inputs = [v.name for v in description.of_causality("input")]
-        lines, texts = [], []
-        for name, found in follows.items():
-            needs = description.dependencies[name].union(found)
-            own = ", ".join(_quoted(one) for one in inputs if one in needs)
-            lines.append(f"{_quoted(name)}: [{own}]")
-            texts.append(f"{component}.{name} follows {', '.join(found)}")
-        fmu = description.path.name
-        who = f"its FMU, {fmu}, declares" if how == DECLARED else "the system file declares"
-        line = f"dependencies: {{{', '.join(lines)}}}"
-        remedy = f"write `{line}` under {component} in the system file"
-        if how == DECLARED:
-            remedy = f"{remedy} (`m4e-fmi validate {fmu}` lists everything that is missing)"
+    def _text(self, component: str, names: Sequence[str], how: str) -> str:
+        fmu = self._network.instances[component].description.path.name
+        who = {DECLARED: f"its FMU, {fmu}, declares", STATED: "the system file declares"}
+        outputs = " and ".join(f"{component}.{name}" for name in names)
         return (
-            f"{' and '.join(texts)} at once, as seen at t = {self._network.time:.9g} s, though "
-            f"{who} no such dependence: the value exchanged was a step late, which the coupling "
-            f"error told does not contain; {remedy}"
+            f"{outputs} changed at t = {self._network.time:.9g} s when inputs were set, though "
+            f"{who.get(how, 'probing has found')} no such dependence: the value exchanged was a "
+            "step late, which the coupling error told does not contain; write the inputs under "
+            f"`dependencies` of {component} in the system file (`m4e-fmi validate {fmu}` lists "
+            "them)"
         )
-
-    def _probed(self, part: _Part, follows: Mapping[str, Sequence[str]]) -> str:
-        component, when = part.instance.name, f"at t = {self._network.time:.9g} s"
-        texts = (
-            f"{component}.{name} has changed {when} when {' or '.join(found)} was set"
-            for name, found in follows.items()
-        )
-        return (
-            f"{' and '.join(texts)}, though probing has found no dependence: the value exchanged "
-            f"was late; write the dependencies under `dependencies` of {component}"
-        )
-
-
-def _quoted(name: str) -> str:
-    return f'"{name}"' if "[" in name else name
 
 
 def _early(network: Network, component: str) -> Iterator[str]:

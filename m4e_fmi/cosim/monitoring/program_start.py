@@ -60,22 +60,19 @@ class ProgramStart:
         given = {name: found[node] for name, node in part.nodes.items()} | {TIME: 0.0}
         description = expected_description(part.program, Path(f"{part.name}.fmu"))
         if isinstance(part.origin, LocalLaw):
-            description = _without_ones(description)
+            # of units of 1, which stand for those that the FMU of a law lacks, nothing is known
+            bare = {
+                name: replace(v, unit="", dimension=None)
+                for name, v in description.variables.items()
+                if v.unit == "1"
+            }
+            description = replace(description, variables={**description.variables, **bare})
         return PartStart(part, replace(description, directional_derivatives=True), given)
 
     def read(self, name: str) -> float:
         """The value of ``component.variable``, in its unit; KeyError for an unknown variable."""
         component, _, variable = name.partition(".")
         return self.instances[component].value(variable)
-
-
-def _without_ones(description: Description) -> Description:
-    """The description of a law without units of 1, which stand for those that its FMU lacks."""
-    variables = {
-        name: replace(v, unit="", dimension=None) if v.unit == "1" else v
-        for name, v in description.variables.items()
-    }
-    return replace(description, variables=variables)
 
 
 @dataclass

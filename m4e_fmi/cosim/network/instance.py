@@ -196,10 +196,6 @@ class Instance:
         self._fmu.events.ended = reached
         return True
 
-    def stop_at_events(self) -> None:
-        """From now on, a step ends at an event within it, with EventWithinError."""
-        self._fmu.events.goes_on = False
-
     def typed(
         self,
         names: Sequence[str],

@@ -66,12 +66,6 @@ class Files:
         self._copies += 1
         return path
 
-    def working_folder(self) -> Path:
-        """A new folder for a worker."""
-        folder = self.folder / f"worker_{len(self.workers)}"
-        folder.mkdir()
-        return folder
-
     def close(self) -> None:
         """Wait for the end of workers, and remove the folder."""
         for worker in self.workers:
@@ -126,11 +120,13 @@ class Hosted(Binary):
     def __init__(self, description: Description, files: Files, *, origin: str, host: Host) -> None:
         self.in_use = 0
         self.files, self._description, self._origin = files, description, origin
+        folder = files.folder / f"worker_{len(files.workers)}"
         try:
+            folder.mkdir()
             self.worker = Worker(
                 origin,
                 host,
-                files.working_folder(),
+                folder,
                 clear=str(files.folder),
                 library=str(files.library_path),
                 needed=_needed(description),

@@ -1,13 +1,12 @@
-"""Warnings of allowed values that seem wrong: ramps, start values, forces turned round."""
+"""Warnings of allowed values that seem wrong: ramps, start values."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.cosim.wiring.links import BondAxis, Link, Wiring, conversion
+from m4e_fmi.cosim.wiring.links import Wiring
 from m4e_fmi.cosim.wiring.structure import Structure, Transfer
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -61,31 +60,3 @@ def start_values_without_effect(
                 f"the start value of {target} has no effect: it is connected to {link.source}; "
                 "leave out one of the two"
             )
-
-
-def reversed_forces(
-    system: System, descriptions: Mapping[str, Description], wiring: Wiring
-) -> Iterator[str]:
-    """One line for each force of a component of a kind that is turned round, but not its motion.
-
-    Forces of kinds act on the body, so that another sign makes power of nothing. That of a foreign
-    FMU may be the reaction, for which -1 is right.
-    """
-    kinds = {c.name for c in system.components if isinstance(c.source, Kind)}
-    for axis in (axis for bond in wiring.bonds for axis in bond.axes):
-        giver = axis.force.source.component
-        if giver not in kinds or axis.velocity.target.component != giver:
-            continue
-        if axis.share * _written(axis, descriptions) < 0.0:
-            yield (
-                f"the connection '{axis.force}' has the factor {axis.share:g}, but that of its "
-                f"motion, '{axis.velocity}', has another sign: the power is not kept, as "
-                f"{axis.force.source} acts on the body already; leave out the sign"
-            )
-
-
-def _written(axis: BondAxis, descriptions: Mapping[str, Description]) -> float:
-    """The factor of the motion without that between its units."""
-    link: Link = axis.velocity
-    give, take = (descriptions[p.component].variables[p.variable] for p in link.ends)
-    return link.factor / conversion(give, take)[0]

@@ -20,14 +20,13 @@ from m4e_fmi.cosim.network.schedule import loop_library
 from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.doubtful_values import (
-    reversed_forces,
     start_values_without_effect,
     within_ramps,
 )
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile, answers
-from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
+from m4e_fmi.cosim.system.component_steps import pace
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.cosim.wiring.added_mass import without_added_mass
@@ -75,15 +74,14 @@ def prepare(
             fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
         descriptions = described(system, fmus)
         wiring = connect(system, descriptions)
-        paced, finer = refined(system, descriptions)
-        rates = pace(paced, descriptions)
-        InputError.raise_for(scenario_problems(paced, descriptions, wiring))
+        rates = pace(system, descriptions)
+        InputError.raise_for(scenario_problems(system, descriptions, wiring))
         apart, missing = available(system, hosts(system, descriptions))
         descriptions = with_stated(system, descriptions)
         with setting_up():
-            descriptions, found = probed(paced, descriptions, wiring, apart)
-            descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
-            descriptions, refused = without_refused(paced, descriptions, wiring, apart)
+            descriptions, found = probed(system, descriptions, wiring, apart)
+            descriptions, forgetful = without_forgetful(system, descriptions, wiring, apart)
+            descriptions, refused = without_refused(system, descriptions, wiring, apart)
         wiring, late = broken(descriptions, wiring, rates)
         structure = analyse(descriptions, wiring)
         warnings = (
@@ -96,11 +94,10 @@ def prepare(
                 system.components, descriptions, lambda k: k.doubts, system, descriptions, wiring
             ),
             *start_values_without_effect(system, wiring, structure),
-            *reversed_forces(system, descriptions, wiring),
             *within_ramps(system, descriptions),
         )
-        notes = (*rounded(system.simulation), *finer, *wiring.notes, *found, *refused, *late)
-        prepared = Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
+        notes = (*wiring.notes, *found, *refused, *late)
+        prepared = Prepared(system, descriptions, wiring, structure, rates, apart, notes, warnings)
         return prepared.recording()
 
 

@@ -206,21 +206,6 @@ class ResultsWriter:
         elif clock.monotonic() > self._due:
             self.flush()
 
-    def recent(self, most: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Times [s] (n,) of the last `most` rows in memory, and the values of each Real there."""
-        rest = slice(self.row, None)  # of the block before, if there was one
-        parts = [slice(self.row)]
-        times = self._times[np.r_[self.row : self._block, : self.row], 0]
-        if self._before and self.row and np.all(np.diff(times) > 0.0):
-            parts.insert(0, rest)  # else the run has gone back since
-        columns: dict[str, np.ndarray] = {}
-        for group in self._groups:
-            if group.section.kind == "f8":
-                names = (f"{group.section.component}.{c.name}" for c in group.section.columns)
-                values = np.concatenate([group.filled(part) for part in parts])[-most:]
-                columns.update(zip(names, values.T, strict=True))
-        return np.concatenate([self._times[part, 0] for part in parts])[-most:], columns
-
     def flush(self) -> None:
         """Bring all rows to the disk, once there is a step; RunError if it does not take them."""
         began = clock.monotonic()

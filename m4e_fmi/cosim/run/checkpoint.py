@@ -2,7 +2,7 @@
 
 ::
 
-    m4e_fmi checkpoint 6\\n
+    m4e_fmi checkpoint 7\\n
     SHA-256 of all that follows, 64 hexadecimal digits\\n
     the bytes of a `Saved` (see `encoding`)
 
@@ -38,7 +38,7 @@ from m4e_fmi.fmu.importer.calls import SerializedState
 
 SUFFIX = ".checkpoint"
 MAGIC = b"m4e_fmi checkpoint "
-VERSION = 6
+VERSION = 7
 """The number of the form; files of other numbers are refused."""
 _REMEDY = "take another checkpoint, or run again from the start"
 EXACT = 1e-6
@@ -94,13 +94,12 @@ class Memory:
     """Memory of a run of its past that does not go back when it returns to a state.
 
     `warned` are the numbers of steps that FMUs have answered with Warning, with the times [s] of
-    the first and the last; `messages` what they have logged, `stability` the looks for growth,
-    `ranges` the outputs that have left the range of their FMU, by component and column.
+    the first and the last; `messages` what they have logged, `ranges` the outputs that have left
+    the range of their FMU, by component and column.
     """
 
     warned: dict[str, tuple[int, float, float]]
     messages: Kinds
-    stability: Snapshot
     ranges: tuple[dict[int, str], ...]
 
 

@@ -175,7 +175,7 @@ class Run:
         self._shortens = own and not without_rollback(self.prepared.descriptions)
         if isinstance(self.algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
-                instance.stop_at_events()
+                instance.events.goes_on = False  # a step ends at an event within it
         bonds = self.network.scenario.untouched(self.prepared.wiring.bonds)
         self.energy = EnergyBalance(self.network, bonds, self.algorithm.followed)
         self.second_look = SecondLook(self.network)
@@ -211,7 +211,6 @@ class Run:
             control=self._control,
             returns=self._shortens,
             singly=bool(self.options.observers) or self.options.changeable,
-            hopeless=lambda: self.stability.is_lost(),
         )
         self.stability = Instability(self.network, self.simulation, self._stated)
         self.journal.clock = lambda: self.time_loop.time
@@ -326,7 +325,7 @@ class Run:
             self.network.flush()
         except RunError as failure:
             error = self.time_loop.explained(failure)
-            told = self.stability.explained(error, self.results)
+            told = self.stability.explained(error)
             if told is failure:
                 raise
             raise told from failure
@@ -393,7 +392,7 @@ class Run:
         self.energy.restore(state.energy)
         self.time_loop.position = deepcopy(state.position)
         self.second_look.restore(state.second_look)
-        self.stability.back(state.time, self.steps)
+        self.stability.start_over(self.steps)
         if self.estimator and state.seen:
             self.estimator.restore(state.seen)
         self._changes = []
@@ -423,7 +422,6 @@ class Run:
         memory = Memory(
             {name: (one.count, one.first, one.last) for name, one in warned.items()},
             self.journal.snapshot(),
-            self.stability.snapshot(),
             results.ranges(),
         )
         return Saved(
@@ -446,6 +444,5 @@ class Run:
             one = instance.warned
             one.count, one.first, one.last = memory.warned[name]
         self.journal.restore(memory.messages, self.options.warn)
-        self.stability.restore(memory.stability)
         if self.results:
             self.results.restore_ranges(memory.ranges)

@@ -232,14 +232,10 @@ def _outcome(run: Run, *, failed: bool = False) -> Outcome:
     prepared, network = run.prepared, run.network
     certificate, warnings = "", run.warnings
     if not failed:
-        grown, certificate = run.stability.warning(), run.certificate()
-        warnings += (
-            *_early_end(run),
-            *run.second_look.notes,
-            *([grown] if grown else []),
-        )
+        certificate = run.certificate()
+        warnings += (*_early_end(run), *run.second_look.notes)
         if isinstance(certificate, CouplingErrorReport):
-            texts = certificate.warning(advice=not grown), certificate.partial()
+            texts = certificate.warning(), certificate.partial()
             warnings += tuple(filter(None, texts))
         if run.results:
             warnings += run.results.warnings

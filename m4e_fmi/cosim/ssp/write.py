@@ -60,9 +60,12 @@ def write_ssp(prepared: Prepared, path: str | Path) -> Path:
     }
     if scenario:
         told["scenario"] = scenario
-    resources = _resources(prepared)
-    parameters = _parameter_sets(prepared)
-    descriptions = prepared.descriptions
+    parameters, descriptions = _parameter_sets(prepared), prepared.descriptions
+    shared: dict[Path, str] = {}  # of components with one FMU
+    resources = {
+        name: shared.setdefault(description.path.resolve(), f"resources/{name}.fmu")
+        for name, description in descriptions.items()
+    }
     with written(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
         _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters), told)))
         for name, element in parameters.items():
@@ -81,15 +84,6 @@ def _add(
 
 def _xml(root: Element) -> bytes:
     return etree.tostring(root, encoding="UTF-8", xml_declaration=True, pretty_print=True)
-
-
-def _resources(prepared: Prepared) -> dict[str, str]:
-    """The file in the package of every component; components with one FMU share it."""
-    files: dict[Path, str] = {}
-    found = {}
-    for name, description in prepared.descriptions.items():
-        found[name] = files.setdefault(description.path.resolve(), f"resources/{name}.fmu")
-    return found
 
 
 def _variable(prepared: Prepared, port: Port) -> Variable:

@@ -17,7 +17,7 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator
 
-from m4e_fmi.cosim.system.simulation import Simulation, Time, common_step, seconds
+from m4e_fmi.cosim.system.simulation import Simulation, Time, fits, misfit, seconds
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Section, rejected
 from m4e_fmi.files.limits import beyond_limits
@@ -136,8 +136,7 @@ class Component:
     `step_size` is the time by which this FMU is stepped: a number of seconds or a text with
     unit (``"1/3 ms"``). If that of the simulation is n times as long, the component makes n
     equal steps in each macro step; if it is m times that of the simulation, it makes one in
-    every m-th; else the system makes shorter macro steps that meet its points. None leaves it
-    to the algorithm.
+    every m-th. None leaves it to the algorithm.
 
     `process` is "own" for an FMU that runs in a process of its own, with `limits`, "here" for one
     in this process; None leaves it to where the FMU was built. Limits ask for a process.
@@ -247,8 +246,8 @@ def step_problems(components: Sequence[Component], simulation: Simulation) -> li
     for name, step in steps.items():
         for _, message, remedy in beyond_limits(span, step_size=float(step)):
             found[name] = Problem(message, remedy)
-    fitting = {name: step for name, step in steps.items() if name not in found}
-    found |= common_step(simulation.step, fitting)[1]
+        if name not in found and not fits(step, simulation.step):
+            found[name] = misfit(step, simulation.step)
     return [
         Problem(
             f"component {c.name!r}: {found[c.name].message}",

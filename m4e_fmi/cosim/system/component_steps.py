@@ -10,10 +10,7 @@ from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import (
     NS_PER_SECOND,
     ComponentStep,
-    Simulation,
-    common_step,
     fits,
-    is_whole,
     rate,
     seconds,
 )
@@ -23,50 +20,6 @@ from m4e_fmi.fmu.importer.reading import Description
 
 ComponentSteps = Mapping[str, ComponentStep]
 """Component → its step; without those that algorithms may step as they like."""
-
-
-def rounded(simulation: Simulation) -> list[str]:
-    """A note on the steps of a step_size that is not of whole nanoseconds; empty for others."""
-    size = simulation.step_size
-    if is_whole(size):
-        return []
-    whole = simulation.step_ns
-    left = (simulation.stop_ns - simulation.start_ns) % whole
-    note = f"steps are whole nanoseconds: those of step_size {size:.12g} s are {whole} ns long"
-    if left and simulation.coupling_tolerance is None:
-        note += f", but the last one, up to the stop time, which is {left} ns long"
-    return [note]
-
-
-def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[System, list[str]]:
-    """The system with the longest step, its own or a part of it, that meets all components' points.
-
-    If that is a shorter one, the second value has a note; the rows of the results stay where they
-    are, and FMUs that make steps of one size keep to the step that was given. Steps that fit to
-    none are left to `pace` to report.
-    """
-    simulation, macro = system.simulation, system.simulation.step
-    given = {
-        c.name: c.step_size or _internal_step(descriptions[c.name], macro)
-        for c in system.components
-    }
-    own = {name: seconds(step) for name, step in given.items() if step}
-    step, problems = common_step(macro, own)
-    if problems or step == macro:
-        return system, []
-    usual = simulation.step_size
-    odd = " and ".join(name for name, h in own.items() if not fits(h, macro))
-    note = (
-        f"the system steps by {float(step):g} s, {macro / step} times in each {usual:g} s, to meet "
-        f"all points of {odd}"
-    )
-    interval = simulation.output_interval or usual
-    finer = replace(simulation, step_size=float(step), output_interval=interval)
-    fixed = {name: usual for name, d in descriptions.items() if d.constant_step}
-    components = tuple(
-        replace(c, step_size=given[c.name] or fixed.get(c.name)) for c in system.components
-    )
-    return replace(system, components=components, simulation=finer), [note]
 
 
 def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, ComponentStep]:

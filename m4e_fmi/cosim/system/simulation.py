@@ -4,15 +4,15 @@ Times are read from texts as exact fractions; the master counts them in whole na
 component may have a step of its own, h, beside the macro step H of the system. Either H = n h: it
 makes n steps in each macro step; or h = m H: it makes one in every m-th. Its points are then points
 of the system, or lie between them at equal distances, and never drift away from them: they are
-integers, converted to floating point only where the FMU is called. Where h = p/q H is neither, the
-system steps by the longest part of H that meets all points (`common_step`).
+integers, converted to floating point only where the FMU is called. A step that is neither is an
+error, which names the nearest that are.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from fractions import Fraction
@@ -37,8 +37,6 @@ from m4e_fmi.units import parse_unit
 
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
-FINEST = 10
-"""Most parts into which the given step of a system is divided to meet the points of all."""
 HUGE = re.compile(r"e[+-]?\d{3}", re.IGNORECASE)
 """An exponent that no step has, and that takes forever as a fraction."""
 TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms', a blank before the unit"
@@ -134,33 +132,6 @@ def time_of(text: str) -> Fraction:
         raise ValueError(f"{text!r} is not a valid duration") from None
 
 
-def common_step(
-    macro: Fraction, steps: Mapping[str, Fraction]
-) -> tuple[Fraction, dict[str, Problem]]:
-    """The longest step [s], `macro` or a part of it, to which all own `steps` of components fit.
-
-    It is of whole nanoseconds. Own steps that fit to no such step, or to none of reasonable length,
-    have a problem each, by component.
-    """
-    problems: dict[str, Problem] = {}
-    found, before = macro, Fraction(0)
-    while found != before:
-        before = found
-        for name, step in steps.items():
-            if name in problems or fits(step, found):
-                continue
-            # the largest time of which both are multiples
-            a, b = step.as_integer_ratio(), found.as_integer_ratio()
-            finer = Fraction(math.gcd(a[0] * b[1], b[0] * a[1]), a[1] * b[1])
-            if macro / finer > FINEST or (finer * NS_PER_SECOND).denominator > 1:
-                problems[name] = (
-                    _misfit(step, macro) if not fits(step, macro) else _clash(step, steps)
-                )
-            else:
-                found = finer
-    return found, problems
-
-
 def fits(step: Fraction, macro: Fraction) -> bool:
     """True if one of the two is a multiple of the other."""
     ratio = max(step, macro) / min(step, macro)
@@ -173,21 +144,14 @@ def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> Componen
     InputError if neither is a multiple of the other.
     """
     if not fits(step, macro):
-        raise InputError([_misfit(step, macro)])
+        raise InputError([misfit(step, macro)])
     count = round(max(step, macro) / min(step, macro))
     if step > macro and count > 1:
         return ComponentStep(float(count * macro), every=count, constant=constant)
     return ComponentStep(float(macro / count), pieces=count, constant=constant)
 
 
-def _clash(step: Fraction, steps: Mapping[str, Fraction]) -> Problem:
-    """The problem of a step that fits to the system's, but not to another component's."""
-    other = next(name for name, one in steps.items() if not fits(step, one))
-    message = f"step_size {float(step):g} s and {float(steps[other]):g} s of {other!r} do not meet"
-    return Problem(message, "take steps of which one is a multiple of the other")
-
-
-def _misfit(step: Fraction, macro: Fraction) -> Problem:
+def misfit(step: Fraction, macro: Fraction) -> Problem:
     """The problem of a step that does not fit to the system's, with the nearest that do."""
     own, whole = float(step), float(macro)
     if step < macro:
@@ -345,12 +309,8 @@ def _problems(simulation: Simulation) -> Iterator[tuple[str, str, str]]:
         text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
         remedy = f"take {max(1, round(count)) * step:g} s, or leave it out"
         if not is_whole(step):
-            text = (
-                f"output_interval {interval:g} s: steps are whole nanoseconds, so that the "
-                f"step_size of {step:.12g} s is one of {simulation.step_ns} ns"
-            )
-            nearest = _fitting(step, interval)
-            remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
+            text += f", which is one of {simulation.step_ns} ns: steps are whole nanoseconds"
+            remedy = "take a step_size of whole nanoseconds, or leave output_interval out"
         yield ("output_interval", text, remedy)
     for key in CHECKPOINTS:
         interval = getattr(simulation, key)
@@ -376,13 +336,3 @@ def _is_multiple(interval: float, step: float) -> bool:
 def is_whole(time: float) -> bool:
     """True for a time [s] of whole nanoseconds."""
     return abs(time * NS_PER_SECOND - nanoseconds(time)) < ODD
-
-
-def _fitting(step: float, interval: float) -> float:
-    """A time [s] near `step` of whole nanoseconds, of which `interval` [s] is a multiple."""
-    whole, part = nanoseconds(interval), nanoseconds(step)
-    count = max(1, round(whole / part))
-    near = min(count, part)
-    numbers = (n for k in range(near) for n in (near - k, near + k))
-    found = next(n for n in numbers if whole % n == 0)
-    return (whole // found if near == count else found) / NS_PER_SECOND

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
@@ -100,7 +100,7 @@ class TimeLoop:
 
     Steps of a `Scheduled` algorithm are made many at once, for a while of LONGEST; with `singly`
     one by one. They are adaptive with a `control`. Where all FMUs can go back (`returns`), a step
-    that one of them discards is made again, shorter. That ends where `hopeless` is True, or where
+    that one of them discards is made again, shorter. That ends where
     MOST_DISCARDED are not enough.
     """
 
@@ -116,11 +116,10 @@ class TimeLoop:
         control: StepControl | None = None,
         returns: bool = False,
         singly: bool = False,
-        hopeless: Callable[[], bool] = lambda: False,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._estimator, self._control = results, estimator, control
-        self._returns, self._singly, self._hopeless = returns, singly, hopeless
+        self._returns, self._singly = returns, singly
         self._start, self._stop = simulation.start_ns, simulation.stop_ns
         self._size = simulation.step_ns
         in_steps = simulation.output_interval is None and control is not None
@@ -367,8 +366,7 @@ class TimeLoop:
                 at.full, at.discarded = full, 0
             at.discarded += 1
             at.cap = size
-            creeps = at.discarded >= MOST_DISCARDED and size <= SHORT * self._size
-            if creeps or self._hopeless():
+            if at.discarded >= MOST_DISCARDED and size <= SHORT * self._size:
                 raise discarded
         if is_event and reached is not None:
             at.jump = max(at.now + 1, in_nanoseconds(reached))

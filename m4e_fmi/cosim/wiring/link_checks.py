@@ -8,7 +8,7 @@ connection of the two bodies (``buoy.float <-> hydro.float``) carries over.
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping
 
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.start_values import value_of
@@ -29,8 +29,6 @@ CONSTANT_TO_INPUT = ("calculatedParameter", "input")
 CARRIED_ONCE = "a calculated parameter is transferred once: connect it to a parameter"
 WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
 OFFERED = ".neutral_mass"
-MOST_OFFERS = 3
-"""Hydrodynamics bodies that are suggested."""
 
 
 def link_problems(system: System, variables: Variables, links: Iterable[Link]) -> Iterable[Problem]:
@@ -124,7 +122,9 @@ def unset_masses(
             if not found or name in driven or _has_value(component, variable):
                 continue
             message = f"{name} has no value: 'mass: neutral' needs a hydrodynamics body"
-            remedy = _ways(f"{component.name}.{found[1]}", name, offers)
+            body = f"{component.name}.{found[1]}"
+            offered = f": '{body} <-> {offers[0]}'" if offers else ""
+            remedy = f"connect it with a body of a component of kind hydrodynamics{offered}"
             remedy += f"; or give the mass: start: {{{variable.name}: 120 t}}"
             yield system.problem(("components", component.name), message, remedy)
 
@@ -136,11 +136,3 @@ def _has_value(component: Component, variable: Variable) -> bool:
         return value_of(variable, given) != 0.0
     except ValueError:
         return True
-
-
-def _ways(body: str, mass: str, offers: Sequence[str]) -> str:
-    """The connections that give `mass`, of `body`, a value."""
-    if not offers:
-        return "add a component of kind hydrodynamics, and connect its body"
-    bodies = " or ".join(f"'{body} <-> {offer}'" for offer in offers[:MOST_OFFERS])
-    return f"connect it by {bodies}, or only the mass by '{offers[0]}{OFFERED} -> {mass}'"

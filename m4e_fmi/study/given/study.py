@@ -78,12 +78,14 @@ def load_study(path: str | Path) -> Study:
 def read_study(path: str | Path) -> tuple[Study | None, list[Problem]]:
     """The study in a YAML file and the problems of the file; with any, what is left of the study.
 
-    None if too little is left, as without a system or a model.
+    None if keys or values are wrong, or without a system or a model.
     """
     document = Document.load(path)
-    part, problems = document.validate_as_far_as_possible(StudySection, required={})
-    if part is None:
-        return None, problems
+    try:
+        part = document.validate(StudySection)
+    except InputError as error:
+        return None, list(error.problems)
+    problems: list[Problem] = []
     source = _source(part, document, problems)
     grid = grid_of(part, document, problems)
     wanted = _wanted(part, document, problems)

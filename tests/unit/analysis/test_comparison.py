@@ -196,22 +196,6 @@ def test_customary_units_of_a_reference(tmp_path: Path) -> None:
             m4e_fmi.compare(results(x=TIME), path)
 
 
-def test_two_records_with_dates_are_compared_at_their_dates(tmp_path: Path) -> None:
-    """The reference begins 2 s later; an offset from UTC in one only leaves that open."""
-
-    def logger(name: str, first: int, zone: str = "") -> Path:
-        rows = [f"2026-03-01 12:00:{first + k:02d}.000{zone},{(first + k) ** 2}" for k in range(20)]
-        (tmp_path / name).write_text("\n".join(["TIMESTAMP,x [m]", *rows]), encoding="utf-8")
-        return tmp_path / name
-
-    found = m4e_fmi.compare(logger("a.csv", 0), logger("b.csv", 2))
-    assert (found["x"].largest, len(found["x"].time)) == (0.0, 18)
-    assert any("its times count from the first row of a.csv" in note for note in found.notes)
-    found = m4e_fmi.compare(logger("a.csv", 0), logger("b.csv", 2, "Z"))
-    assert found["x"].largest == 21.0**2 - 19.0**2
-    assert any("each counts from its own first row" in note for note in found.notes)
-
-
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_values_that_are_lacking_are_within_no_tolerance(bad: float) -> None:
     """A run that grew without bound does not pass as a test; a gap in the reference is none."""

@@ -37,15 +37,3 @@ def test_blanks_within_a_name_take_no_time(tmp_path: Path) -> None:
     file = tmp_path / "t.csv"
     file.write_text(f"time,a{' ' * 100_000}b\n0,1\n", "utf-8")
     assert read_columns(file, [("time", "s")]).values == ([0.0],)
-
-
-@pytest.mark.parametrize("mark", [";", "\t"])
-def test_decimal_commas(tmp_path: Path, mark: str) -> None:
-    """As of a spreadsheet in German: also in names that are numbers, and beside texts."""
-    file = tmp_path / "t.csv"
-    rows = ("Hs,Tp", "5,5", "note"), ("0,5", "-1,25e3", "a, b"), ("2", "1,250", "")
-    file.write_text("\n".join(map(mark.join, rows)), "utf-8")
-    assert read_columns(file, [("Hs,Tp", None), ("5.5", None)]).values == (
-        [0.5, 2.0],
-        [-1250.0, 1.25],
-    )

@@ -75,35 +75,15 @@ def test_a_byte_order_mark_and_windows_line_ends_do_not_shift_places(tmp_path: P
     assert [(p.line, marked(p)) for p in caught.value.problems] == [(1, "cuont"), (3, "monts")]
 
 
-@pytest.mark.parametrize(("given", "column", "remedy"), [
-    ("{kind: rope, diameter: x, start: 1}", 29, ""),
-    ("", 3, "write p: {"), ("3", 6, "write p: {"), ("[1, 2]", 3, "write p: {"),
+@pytest.mark.parametrize(("given", "column", "message"), [
+    ("{kind: rope, diameter: x, start: 1}", 29, "diameter: expected a number"),
+    ("", 3, "p: expected 'key: value' lines"), ("3", 6, "p: expected 'key: value' lines"),
+    ("[1, 2]", 3, "p: expected 'key: value' lines"),
 ])  # fmt: skip
-def test_part_of_a_document(given: str, column: int, remedy: str) -> None:
+def test_part_of_a_document(given: str, column: int, message: str) -> None:
     document = Document.parse(f"parts:\n  p: {given}\n", "file.yaml")
     with pytest.raises(InputError) as caught:
         document.validate(Rope, at=("parts", "p"), drop=("start",))
     (problem,) = caught.value.problems
     assert (problem.line, problem.column) == (2, column)
-    assert problem.remedy.startswith(remedy)
-
-
-@pytest.mark.parametrize(("text", "mounts", "notes", "expected"), [
-    ("name: a\nmounts: {m: {at: [1, 2]}}\n", ["m"], [], []),
-    ("name: a\nmounts: {m: {at: [1, 2], hue: 1}, n: {at: 1}}\nparts: {p: {kind: chain}}\n",
-     ["m"], [],
-     ["unknown key 'hue'", "mounts.n.at: expected a list, got 1", "unknown kind 'chain'"]),
-    ("mounts: {m: {at: [1, 2]}, n: {at: 1}}\n", ["m"], [],
-     ["missing key 'name'", "mounts.n.at: expected a list, got 1"]),
-    ("name: [1]\nmounts: {m: {at: [1, 2]}}\n", ["m"], [], ["name: expected text, got a list"]),
-    ("name: a\nnotes:\n  - [1]\n  - fine\n  - [2]\n", [], ["fine"],
-     ["notes.0: expected text, got a list", "notes.2: expected text, got a list"]),
-])  # fmt: skip
-def test_as_far_as_possible(
-    text: str, mounts: list[str], notes: list[str], expected: list[str]
-) -> None:
-    """The entries that are right can be looked at although others are wrong."""
-    section, found = Document.parse(text).validate_as_far_as_possible(File, required={"name": "?"})
-    assert section is not None
-    assert (list(section.mounts), section.notes, section.parts) == (mounts, notes, {})
-    assert sorted(problem.message for problem in found) == sorted(expected)
+    assert problem.message.startswith(message)

@@ -85,7 +85,7 @@ def test_a_scatter_diagram_is_two_dimensions(tmp_path: Path) -> None:
     assert part.probability is not None
     np.testing.assert_allclose(part.probability[1], np.array([[1, 2, 0], [0, 3, 4]]) / 16)
     assert "t.csv cover 62.5 % of time" in part.covered
-    (tmp_path / "t.csv").write_text("Hs;6,5;8,0\n1,5;900;1500\n", "utf-8")
+    (tmp_path / "t.csv").write_text("Hs;6.5;8.0\n1.5;900;1500\n", "utf-8")
     found = grid(tmp_path, "scatter: {file: t.csv, rows: w.hs, columns: w.tp}\n")
     assert [axis.points for axis in found.axes] == [((1.5,),), ((6.5,), (8.0,))]
 
