@@ -205,7 +205,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 variables=options.variables,
                 tell=say,
                 warn=heed,
-                beside=[file.with_suffix(".png")],
+                beside=[file.with_suffix(".png"), *filter(None, (animation, report))],
                 resume=options.resume,
                 certify=options.certify,
                 animated=animated,

@@ -41,7 +41,6 @@ from m4e_fmi.model.table import Table
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-DIMENSIONS = (2, 3)
 SHAPES = {"box": Box, "cylinder": Cylinder, "sphere": Sphere}
 
 

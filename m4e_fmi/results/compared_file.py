@@ -144,7 +144,7 @@ def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) ->
     """
     known = np.isfinite(values)
     t, x = time[known], values[known]
-    for value in np.unique(x[_marks(x)]).tolist():
+    for value in np.unique(x[marks(x)]).tolist():
         rows = t[x == value]
         count = f"{len(rows)} row{'s are' if len(rows) > 1 else ' is'}"
         yield (
@@ -153,7 +153,7 @@ def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) ->
         )
 
 
-def _marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+def marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     """True of `values` (n,) whose digits are nines, far beyond all others."""
     digits = {value: f"{abs(value):g}".replace(".", "") for value in np.unique(values).tolist()}
     nines = np.isin(values, [v for v, d in digits.items() if d == "9" * max(LEAST_NINES, len(d))])

@@ -302,6 +302,7 @@ def _hull_text(hull: Hull, water: Water) -> str:
             heights.append(known.transverse_metacentric_height(hull.center))
         shown = " and ".join(f"{height:.3g}" for height in heights)
         of = "" if len(heights) == 1 else " in pitch and roll"
+        of += " (a negative one: alone and free, it capsizes)" if min(heights) < 0.0 else ""
         text += (
             f"neutral mass {water.density * known.volume:.6g} kg; centre of buoyancy at {center} "
             f"m; waterplane {known.waterplane[0]:.4g} m2, GM {shown} m{of}; "

@@ -123,6 +123,7 @@ class LineSystem:
         self.anchor_tension = []
         self.warnings = []
         self._stretched = set()  # the lines that were too long when last looked at
+        self._surfaced = set()  # the free points that were above the water when last looked at
 
     @property
     def running(self):
@@ -171,7 +172,7 @@ class LineSystem:
         remedy = "check the initial positions of its fairleads, and its length"
         self.warnings += self._beyond(START_STRAIN, remedy).values()
         self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
-        self._surfaced = set()  # the free points that were above the water when last looked at
+        self._surfaced = set()
 
     def advance(self, t, h, position, velocity):
         """Advance from t over h [s]: fairleads end at position + velocity·h. MooringError.

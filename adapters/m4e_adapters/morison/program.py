@@ -159,12 +159,12 @@ def doubts(config: MorisonConfig, systems: Sequence[WaveSystem]) -> Iterator[str
             f"warning: {thickest} is {diameter:g} m thick, the waves are {shortest:.3g} m long: it "
             f"scatters them, and Morison's equation holds up to {SLENDER:g} of their length"
         )
-    heavy = [n for n, m in config.members.items() if m.body and m.inertia_coefficient > 0.0]
-    if heavy:
+    carried = [name for name, member in config.members.items() if member.body]
+    if carried:
         yield (
-            f"{', '.join(heavy)}: forces of waves on the volume of these members are in here, and "
-            "their buoyancy, unless they say otherwise; of a part that a hydrodynamics component "
-            "has too, they count twice: give such members 'added_mass: 0, inertia: 0'"
+            f"{', '.join(carried)}: inertia, buoyancy and drag of these members are in here, unless "
+            "they say otherwise; of a part that a hydrodynamics component has too, they count "
+            "twice: give such members 'added_mass: 0, inertia: 0', and drag in one of the two"
         )
 
 

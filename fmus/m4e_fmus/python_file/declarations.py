@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.export.selection import STRUCTURED_NAME
 from m4e_fmi.units import parse_unit
 from m4e_fmus.python_file.user_class import GROUPS, METHODS, Declared, UserClass
@@ -176,3 +176,6 @@ def _contradictions(
         if name not in GROUPS and kind in MUTABLE and name[0] != "_":
             text = f"{user.kind.__name__}.{name} is a {kind} of the class, which is not saved"
             yield text, f"set self.{name} in start(self, v)"
+        near = suggestion(name, [*GROUPS, *METHODS])
+        if near.startswith("did you mean") and name not in (*GROUPS, *METHODS) and name[0] != "_":
+            yield f"{user.kind.__name__}.{name} means nothing here", near

@@ -140,7 +140,7 @@ class SecondLook(Restorable):
             link
             for link in network.links_to(instance.name)
             if known.variables[link.target.variable].variability == "continuous"
-            and any(link.target.variable not in known.dependencies[name] for name in outputs)
+            and all(link.target.variable not in known.dependencies[name] for name in outputs)
         ]
         present = network.inputs[[network.place(link) for link in links]]
         former = network.values[[network.before + network.index(link.source) for link in links]]

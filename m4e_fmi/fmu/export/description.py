@@ -23,7 +23,6 @@ from m4e_fmi.shown import listing, short
 from m4e_fmi.units import parse_unit
 
 FMI_VERSIONS = ("2", "3")
-"""Where the picture of an FMU is: FMI 2.0.4, section 2.3; FMI 3.0.2, section 2.5.1."""
 LAST_ERROR = "last_error"
 
 

@@ -164,7 +164,7 @@ class Loads:
             self._moment(name, second, scaled(axis, times(-1.0, effort)), "body")
         else:
             guide = "'guide: PRISMATIC'" if linear else "'spindle: REVOLUTE'"
-            message = "a motor between two moving bodies needs a joint along or about its axis"
+            message = "a motor needs a joint along or about its axis, or the ground as body2"
             self.places.say(motor, message, ("axis",), f"let body2 be fixed, or use {guide}")
 
     def _sense(self, branch: Branch, body: str, axis: Vector3) -> float:

@@ -29,11 +29,10 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 
 def fmu_documentation(model: Model, program: Program, options: Options) -> dict[str, bytes]:
-    """Name in the archive → content: below ``documentation/`` the page ``index.html`` and the
-    reference series.
+    """Name in the archive → content: below ``documentation/`` the page ``index.html``.
 
     `program` is that of `model`; `options` are those that the FMU is built with. InputError as from
-    `build_fmu`. Without a series, which the page then says, if the default experiment fails.
+    `build_fmu`.
     """
     visible = shown(program, options)
     description = described(visible, options)
@@ -61,7 +60,7 @@ def whole_documentation(
     connections: Sequence[str],
 ) -> dict[str, bytes]:
     """Name in the archive → content: below ``documentation/`` the page ``index.html`` of the one
-    FMU of a system, and the reference series.
+    FMU of a system.
 
     `program` is that of the system; `components` says by name what each is made from, also those
     that are left open, and `connections` are their texts. The rest is as for `fmu_documentation`.

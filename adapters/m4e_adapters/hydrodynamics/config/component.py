@@ -170,6 +170,10 @@ def _without_effect(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             ),
         }
         rows += [(body, ("bodies", name, key), *why) for keys, why in whys.items() for key in keys]
+        framed = body.fixed and body.shape.frame != "world"
+        keys = ("bodies", name, "shape", "frame")
+        remedy = "remove it and give mesh_origin: the body has no centre of gravity"
+        rows.append((body.shape, keys, framed, " on a fixed body", remedy))
     for section, keys, applies, why, remedy in rows:
         key = str(keys[-1])
         if applies and key in section.model_fields_set and getattr(section, key):

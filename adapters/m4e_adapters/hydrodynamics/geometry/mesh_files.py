@@ -127,9 +127,9 @@ def read_mesh(path: Path, *, scale: float = 1.0) -> Panels:
 
 def _by_capytaine(kind: str, content: bytes) -> Panels:
     """The panels that Capytaine finds in a file of that format and content."""
+    capytaine, text = import_capytaine(), io.StringIO(content.decode(errors="replace"))
     try:
-        text = io.StringIO(content.decode(errors="replace"))
-        mesh = import_capytaine().load_mesh(text, file_format=kind).merged()
+        mesh = capytaine.load_mesh(text, file_format=kind).merged()
     except Exception as error:  # readers of other programs' formats raise what they like
         raise MeshFileError(f"it is damaged, or not of the format {kind}") from error
     return Panels(np.asarray(mesh.vertices), np.asarray(mesh.faces)).merged()

@@ -18,6 +18,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
 )
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.csv_columns import Columns, column_names, read_columns, shortened
+from m4e_fmi.results.compared_file import marks
 
 FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
@@ -127,6 +128,10 @@ def read_record(section: Record, folder: Path) -> Samples:
     problems = list(_of_times(time))
     if len(elevation) and np.ptp(elevation) == 0.0:
         problems.append((0, "the elevation never changes", "write {spectrum: still} for no waves"))
+    problems += [
+        (row, f"{elevation[row]:g} m is a mark of a missing value", FILL)
+        for row in np.flatnonzero(marks(elevation)).tolist()
+    ]
     fewer = "take a part, or longer steps: filter it before rows are left out"
     _check(columns, problems, fewest=SHORTEST_RECORD, most=MOST_ROWS, fewer=fewer)
     interval = float(time[-1] - time[0]) / (len(time) - 1)
