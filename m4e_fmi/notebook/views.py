@@ -1,4 +1,4 @@
-"""HTML, figures and animations of objects; `sheets` has the sheet of each kind of object."""
+"""HTML, figures and animations of objects; `texts` has the text of each kind of object."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import M4eError
 from m4e_fmi.files.writing import check_suffix, written
+from m4e_fmi.shown import cleaned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,19 +21,20 @@ if TYPE_CHECKING:
 
 HEIGHT = 620
 """Of the frame of an animation, in pixels."""
+LONGEST = 400
+"""Characters of a line."""
 
 
 def html(shown: object) -> str:
-    """The HTML of an object that has a sheet; an error of ours becomes a line in it."""
-    from m4e_fmi.notebook.sheet import Sheet
-    from m4e_fmi.notebook.sheets import SHEETS
+    """The HTML of an object that has a text; an error of ours becomes its last line."""
+    from m4e_fmi.notebook.texts import TEXTS
 
     try:
-        return SHEETS[type(shown)](shown).html()
+        text = TEXTS[type(shown)](shown)
     except M4eError as error:
-        found = Sheet(type(shown).__name__, repr(shown))
-        found.note(f"not shown as a table: {error}")
-        return found.html()
+        text = f"{shown!r}\nnot shown as a table: {error}"
+    lines = (line if len(line) <= LONGEST else f"{line[:LONGEST]}…" for line in text.split("\n"))
+    return f'<pre style="overflow-x:auto">{escape(cleaned(chr(10).join(lines)))}</pre>'
 
 
 def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
