@@ -54,7 +54,6 @@ def aligned(*values: float) -> list[str]:
 
 
 MOST_LINES = len(BODY_COLOURS)
-SAME = 0.005  # of a panel's height: a line's width, so that one hides the other
 SMALL = 0.02  # of the largest power: a panel of its own shows it, in this one it seems to be zero
 NOTHING = 1e-9  # of the largest power: a rounding error
 ROUNDING = 1e-12  # of the largest range in a panel: what moves by rounding only
@@ -187,52 +186,22 @@ def moving(shown: list[Panel]) -> list[Panel]:
 
 
 def fitting(panel: Panel) -> Panel:
-    """The panel with at most MOST_LINES series: those that vary most, of equal ones one first."""
+    """The panel with at most MOST_LINES series: those that vary most."""
     if len(panel.series) <= MOST_LINES:
         return panel
-    curves = panel.curves
-    ranges = {name: _height([curve]) for name, curve in curves.items()}
-    close = SAME * _height(curves.values())
-    kept: list[str] = []
-    copies: list[str] = []
-    for name in sorted(ranges, key=lambda n: -ranges[n]):
-        if len(kept) == MOST_LINES:
-            break
-        covers = any(_distance(curves[name], curves[other]) <= close for other in kept)
-        (copies if covers else kept).append(name)
-    kept += copies[: MOST_LINES - len(kept)]
+    ranges = {name: _height(curve) for name, curve in panel.curves.items()}
+    kept = sorted(ranges, key=lambda name: -ranges[name])[:MOST_LINES]
     series = {name: one for name, one in panel.series.items() if name in kept}
     return replace(panel, series=series, left_out=len(panel.series) - len(series))
 
 
-def coinciding(curves: list[np.ndarray]) -> list[tuple[int, int]]:
-    """For each curve the number of earlier ones that it hides, and of all in its place.
-
-    `curves` have shape (n_times,), all in one unit.
-    """
-    close = SAME * _height(curves)
-    found = []
-    for k, curve in enumerate(curves):
-        there = [j for j, other in enumerate(curves) if _distance(curve, other) <= close]
-        found.append((sum(j < k for j in there), len(there)))
-    return found
-
-
 def _changing(panel: Panel) -> dict[str, Series]:
     """The series of a panel that change, but for rounding of what would not."""
-    ranges = {name: _height([curve]) for name, curve in panel.curves.items()}
+    ranges = {name: _height(curve) for name, curve in panel.curves.items()}
     least = ROUNDING * max(filter(math.isfinite, ranges.values()), default=0.0)
     return {name: one for name, one in panel.series.items() if not ranges[name] <= least}
 
 
-def _height(curves: Iterable[np.ndarray]) -> float:
+def _height(curve: np.ndarray) -> float:
     """From the lowest to the highest value."""
-    lows_and_highs = [(c.min(), c.max()) for c in curves if len(c)]
-    if not lows_and_highs:
-        return 0.0
-    lows, highs = zip(*lows_and_highs, strict=True)
-    return float(max(highs) - min(lows))
-
-
-def _distance(one: np.ndarray, other: np.ndarray) -> float:
-    return float(np.abs(one - other).max(initial=0.0))
+    return float(np.ptp(curve)) if len(curve) else 0.0

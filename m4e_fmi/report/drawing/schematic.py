@@ -77,11 +77,11 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     for name, spot in places.points.items():
         at = view.flat(poses.of(spot))
         axis.plot(*at, "o", ms=2.6, color=INK, zorder=8)
-        labels.add(name, at, GREY)
+        labels.add(shortened(name), at, GREY)
     for name, spot in _pushed(model, places):
         at = view.flat(poses.of(spot))
         axis.plot(*at, "o", ms=9, mfc="none", mec=FORCE, mew=1.6, zorder=9)
-        labels.add(name, at, FORCE)
+        labels.add(shortened(name), at, FORCE)
     _axes_and_gravity(axis, view, [float(g.evaluate(places.values)) for g in gravity_of(model)])
     labels.place()
     return figure
@@ -127,7 +127,7 @@ def _names(axis: Axes, view: View, scene: Scene, poses: Poses, labels: Labels) -
         axis.plot(*at, "o", ms=6, mfc=PAPER, mec=hue, mew=0.8, zorder=6)
         axis.plot(*at, "+", ms=6, color=hue, mew=1.2, zorder=6)
         name = f"{k + 1} {body.name}" if len(scene.bodies) <= MOST_NAMES else f"{k + 1}"
-        labels.add(name, at, hue, bold=True)
+        labels.add(shortened(name), at, hue, bold=True)
         labels.avoid(view.flat(poses.all_of(k, body.surfaces[0].vertices)))
 
 
