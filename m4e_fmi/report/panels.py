@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -54,8 +54,6 @@ def aligned(*values: float) -> list[str]:
 
 
 MOST_LINES = len(BODY_COLOURS)
-SMALL = 0.02  # of the largest power: a panel of its own shows it, in this one it seems to be zero
-NOTHING = 1e-9  # of the largest power: a rounding error
 ROUNDING = 1e-12  # of the largest range in a panel: what moves by rounding only
 
 
@@ -119,7 +117,7 @@ def panels(series: dict[str, Series]) -> list[Panel]:
         }
         if found:
             usual.append(Panel(rule.title, rule.unit, rule.scale, found, rule.from_start))
-    return _by_size(usual) if len(usual) > 1 else by_unit(series)
+    return [*map(_scaled, usual)] if len(usual) > 1 else by_unit(series)
 
 
 def by_unit(series: dict[str, Series]) -> list[Panel]:
@@ -137,45 +135,18 @@ def by_unit(series: dict[str, Series]) -> list[Panel]:
         kind = one.recorded
         if not (kind.is_real or kind.is_text):
             others.setdefault((kind.type, *kind.named.items()), {})[name] = one
-    return _by_size(found) + [
+    return [*map(_scaled, found)] + [
         Panel(key[0], "", 1.0, members, steps=True, items=dict(key[1:]))
         for key, members in others.items()
     ]
 
 
-def _by_size(shown: Iterable[Panel]) -> list[Panel]:
-    """The panels, those of powers divided so that small ones are seen beside large ones."""
-    found = [
-        replace(panel, series=members)
-        for panel in shown
-        for members in (_sizes(panel.series) if panel.unit == "W" else [panel.series])
-    ]
-    return [_scaled(panel) if panel.unit in ("N", "W") else panel for panel in found]
-
-
-def _sizes(series: Mapping[str, Series]) -> list[dict[str, Series]]:
-    """Series in groups, the largest first: none is smaller than SMALL of the first of its group."""
-    sizes = {name: _size([one]) for name, one in series.items()}
-    most = max(sizes.values())
-    firsts: list[float] = []
-    for size in sorted(sizes.values(), reverse=True):
-        if not firsts or NOTHING * most < size < SMALL * firsts[-1]:
-            firsts.append(size)
-    groups: dict[float, dict[str, Series]] = {first: {} for first in firsts}
-    for name, one in series.items():
-        size = sizes[name] if sizes[name] > NOTHING * most else most
-        groups[min(first for first in firsts if size <= first)][name] = one
-    return list(groups.values())
-
-
-def _size(series: Iterable[Series]) -> float:
-    """The largest absolute value."""
-    return max((float(np.abs(one.values).max(initial=0.0)) for one in series), default=0.0)
-
-
 def _scaled(panel: Panel) -> Panel:
-    """The panel in a multiple of its unit that fits its values, as kW."""
-    factor, prefix = scale_of(_size(panel.series.values()))
+    """The panel of a force or power in a multiple of its unit that fits its values, as kW."""
+    if panel.unit not in ("N", "W"):
+        return panel
+    series = panel.series.values()
+    factor, prefix = scale_of(max(float(np.abs(s.values).max(initial=0.0)) for s in series))
     return replace(panel, unit=f"{prefix}{panel.unit}", scale=factor)
 
 

@@ -147,9 +147,7 @@ def _drawing(graph: Graph) -> str:
     """The graph as a picture (SVG) in an element that runs no script."""
     if len(graph.components) > MOST_DRAWN:
         count = len(graph.components)
-        return paragraph(
-            f"{count} components are not drawn here: `draw_system` in Python makes a picture."
-        )
+        return paragraph(f"{count} components are not drawn here: draw_system in Python does it.")
     from matplotlib import rc_context
 
     from m4e_fmi.report.drawing.system_graph import graph_figure
