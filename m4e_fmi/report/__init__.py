@@ -1,7 +1,7 @@
 """Output for people: progress, summaries, tables, figures, drawings, animations.
 
 Imports everything below it. Start with `summaries`, then `figures`; `panels` says what is shown.
-Drawings and animations start from a `scene`, a model in numbers at any pose; `symbols` and `parts`
+Drawings and animations start from the `scene` of `animation`, painted by `views`; `symbols` and `parts`
 give its outlines, `style` the colours. Reports: `run_report`, of the parts in `web`.
 """
 

@@ -123,8 +123,6 @@ def _curves(results: Results, end: RecordEnd, flows: Flows | None) -> Iterator[C
 
 def _first(results: Results) -> list[list[str]]:
     """The variables of the plots that a report opens with: those of the picture of a run."""
-    if not len(results.series):
-        return []
     shown = [fitting(panel) for panel in moving(panels(results.series))[:MOST_PANELS]]
     return [list(panel.series) for panel in shown if panel.series]
 
