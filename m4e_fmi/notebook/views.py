@@ -1,12 +1,14 @@
-"""HTML, figures and animations of objects; `sheets` has the sheet of each kind of object."""
+"""HTML, figures and animations of objects; `texts` has the text of each kind of object."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Sequence
+from html import escape
 from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import M4eError
+from m4e_fmi.shown import cleaned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,18 +16,20 @@ if TYPE_CHECKING:
     from m4e_fmi.results.results_file import Animation, Results
     from m4e_fmi.simulate import Simulation
 
+LONGEST = 400
+"""Characters of a line."""
+
 
 def html(shown: object) -> str:
-    """The HTML of an object that has a sheet; an error of ours becomes a line in it."""
-    from m4e_fmi.notebook.sheet import Sheet
-    from m4e_fmi.notebook.sheets import SHEETS
+    """The HTML of an object that has a text; an error of ours becomes its last line."""
+    from m4e_fmi.notebook.texts import TEXTS
 
     try:
-        return SHEETS[type(shown)](shown).html()
+        text = TEXTS[type(shown)](shown)
     except M4eError as error:
-        found = Sheet(type(shown).__name__, repr(shown))
-        found.note(f"not shown as a table: {error}")
-        return found.html()
+        text = f"{shown!r}\nnot shown as a table: {error}"
+    lines = (line if len(line) <= LONGEST else f"{line[:LONGEST]}…" for line in text.split("\n"))
+    return f'<pre style="overflow-x:auto">{escape(cleaned(chr(10).join(lines)))}</pre>'
 
 
 def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:

@@ -1,8 +1,8 @@
 """Output for people: progress, summaries, tables, figures, drawings, animations.
 
 Imports everything below it. Start with `summaries`, then `figures`; `panels` says what is shown.
-Drawings and animations start from a `scene`, a model in numbers at any pose; `symbols` and `parts`
-give its outlines, `style` the colours. Reports: `run_report`, of the parts in `web`.
+Pictures and animations start from a `scene`, painted by `views`; `symbols`, `parts`
+give outlines, `style` the colours. Reports: `run_report`, of the parts in `web`.
 """
 
 from typing import TYPE_CHECKING

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -54,9 +54,6 @@ def aligned(*values: float) -> list[str]:
 
 
 MOST_LINES = len(BODY_COLOURS)
-SAME = 0.005  # of a panel's height: a line's width, so that one hides the other
-SMALL = 0.02  # of the largest power: a panel of its own shows it, in this one it seems to be zero
-NOTHING = 1e-9  # of the largest power: a rounding error
 ROUNDING = 1e-12  # of the largest range in a panel: what moves by rounding only
 
 
@@ -120,7 +117,7 @@ def panels(series: dict[str, Series]) -> list[Panel]:
         }
         if found:
             usual.append(Panel(rule.title, rule.unit, rule.scale, found, rule.from_start))
-    return _by_size(usual) if len(usual) > 1 else by_unit(series)
+    return [*map(_scaled, usual)] if len(usual) > 1 else by_unit(series)
 
 
 def by_unit(series: dict[str, Series]) -> list[Panel]:
@@ -138,45 +135,18 @@ def by_unit(series: dict[str, Series]) -> list[Panel]:
         kind = one.recorded
         if not (kind.is_real or kind.is_text):
             others.setdefault((kind.type, *kind.named.items()), {})[name] = one
-    return _by_size(found) + [
+    return [*map(_scaled, found)] + [
         Panel(key[0], "", 1.0, members, steps=True, items=dict(key[1:]))
         for key, members in others.items()
     ]
 
 
-def _by_size(shown: Iterable[Panel]) -> list[Panel]:
-    """The panels, those of powers divided so that small ones are seen beside large ones."""
-    found = [
-        replace(panel, series=members)
-        for panel in shown
-        for members in (_sizes(panel.series) if panel.unit == "W" else [panel.series])
-    ]
-    return [_scaled(panel) if panel.unit in ("N", "W") else panel for panel in found]
-
-
-def _sizes(series: Mapping[str, Series]) -> list[dict[str, Series]]:
-    """Series in groups, the largest first: none is smaller than SMALL of the first of its group."""
-    sizes = {name: _size([one]) for name, one in series.items()}
-    most = max(sizes.values())
-    firsts: list[float] = []
-    for size in sorted(sizes.values(), reverse=True):
-        if not firsts or NOTHING * most < size < SMALL * firsts[-1]:
-            firsts.append(size)
-    groups: dict[float, dict[str, Series]] = {first: {} for first in firsts}
-    for name, one in series.items():
-        size = sizes[name] if sizes[name] > NOTHING * most else most
-        groups[min(first for first in firsts if size <= first)][name] = one
-    return list(groups.values())
-
-
-def _size(series: Iterable[Series]) -> float:
-    """The largest absolute value."""
-    return max((float(np.abs(one.values).max(initial=0.0)) for one in series), default=0.0)
-
-
 def _scaled(panel: Panel) -> Panel:
-    """The panel in a multiple of its unit that fits its values, as kW."""
-    factor, prefix = scale_of(_size(panel.series.values()))
+    """The panel of a force or power in a multiple of its unit that fits its values, as kW."""
+    if panel.unit not in ("N", "W"):
+        return panel
+    series = panel.series.values()
+    factor, prefix = scale_of(max(float(np.abs(s.values).max(initial=0.0)) for s in series))
     return replace(panel, unit=f"{prefix}{panel.unit}", scale=factor)
 
 
@@ -187,52 +157,22 @@ def moving(shown: list[Panel]) -> list[Panel]:
 
 
 def fitting(panel: Panel) -> Panel:
-    """The panel with at most MOST_LINES series: those that vary most, of equal ones one first."""
+    """The panel with at most MOST_LINES series: those that vary most."""
     if len(panel.series) <= MOST_LINES:
         return panel
-    curves = panel.curves
-    ranges = {name: _height([curve]) for name, curve in curves.items()}
-    close = SAME * _height(curves.values())
-    kept: list[str] = []
-    copies: list[str] = []
-    for name in sorted(ranges, key=lambda n: -ranges[n]):
-        if len(kept) == MOST_LINES:
-            break
-        covers = any(_distance(curves[name], curves[other]) <= close for other in kept)
-        (copies if covers else kept).append(name)
-    kept += copies[: MOST_LINES - len(kept)]
+    ranges = {name: _height(curve) for name, curve in panel.curves.items()}
+    kept = sorted(ranges, key=lambda name: -ranges[name])[:MOST_LINES]
     series = {name: one for name, one in panel.series.items() if name in kept}
     return replace(panel, series=series, left_out=len(panel.series) - len(series))
 
 
-def coinciding(curves: list[np.ndarray]) -> list[tuple[int, int]]:
-    """For each curve the number of earlier ones that it hides, and of all in its place.
-
-    `curves` have shape (n_times,), all in one unit.
-    """
-    close = SAME * _height(curves)
-    found = []
-    for k, curve in enumerate(curves):
-        there = [j for j, other in enumerate(curves) if _distance(curve, other) <= close]
-        found.append((sum(j < k for j in there), len(there)))
-    return found
-
-
 def _changing(panel: Panel) -> dict[str, Series]:
     """The series of a panel that change, but for rounding of what would not."""
-    ranges = {name: _height([curve]) for name, curve in panel.curves.items()}
+    ranges = {name: _height(curve) for name, curve in panel.curves.items()}
     least = ROUNDING * max(filter(math.isfinite, ranges.values()), default=0.0)
     return {name: one for name, one in panel.series.items() if not ranges[name] <= least}
 
 
-def _height(curves: Iterable[np.ndarray]) -> float:
+def _height(curve: np.ndarray) -> float:
     """From the lowest to the highest value."""
-    lows_and_highs = [(c.min(), c.max()) for c in curves if len(c)]
-    if not lows_and_highs:
-        return 0.0
-    lows, highs = zip(*lows_and_highs, strict=True)
-    return float(max(highs) - min(lows))
-
-
-def _distance(one: np.ndarray, other: np.ndarray) -> float:
-    return float(np.abs(one - other).max(initial=0.0))
+    return float(np.ptp(curve)) if len(curve) else 0.0

@@ -13,7 +13,6 @@ from typing import Literal
 
 from m4e_fmi.cosim.ssp.package import (
     FMU_TYPES,
-    GRAPHICS,
     OSP,
     OWN,
     SSC,
@@ -72,8 +71,6 @@ class Node:
 def read_tree(package: Package, root: Element, units: Mapping[str, Definition]) -> Node:
     """The root system; what cannot be read is among the package's problems."""
     for element in root.iter():
-        if element.tag in {f"{SSD}{name}" for name in GRAPHICS}:
-            package.note("geometry and graphics are left out")
         if element.tag == f"{SSC}Annotation" and element.get("type") not in (OWN, OSP):
             package.note(f"annotations of type {element.get('type')!r} are left out")
     return _system(package, root.find(f"{SSD}System"), (), units)

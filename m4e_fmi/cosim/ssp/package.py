@@ -51,9 +51,6 @@ OWN = "m4e_fmi"
 OSP = "com.opensimulationplatform"
 """Type of the annotations of the Open Simulation Platform, which name a step."""
 OSP_SPACE = "{http://opensimulationplatform.com/SSP/OSPAnnotations}"
-GRAPHICS = ("ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "SystemGeometry",
-            "GraphicalElements")  # fmt: skip
-"""Elements that say how a system is drawn."""
 
 
 class Package:

@@ -15,7 +15,6 @@ from m4e_fmi.cosim.ssp.elements import Node, Signal
 from m4e_fmi.cosim.ssp.package import (
     PARAMETER_MAPPING_TYPE,
     PARAMETER_SET_TYPE,
-    SSC,
     SSD,
     SSM,
     SSV,
@@ -52,7 +51,8 @@ class _Parameter:
             value = self.value
             return value.value if self.units_ignored and isinstance(value, Quantity) else value
         if not self.transformation.tag.endswith("LinearTransformation"):
-            return _mapped(self.value, self.transformation)
+            message = f"parameter {self.name!r} is mapped by a table"
+            raise ValueError(message, "only linear transformations of numbers are read")
         factor = float(self.transformation.get("factor", 1.0))
         offset = float(self.transformation.get("offset", 0.0))
         return factor * self._number(variable) + offset
@@ -71,19 +71,6 @@ class _Parameter:
             remedy = "a linear transformation needs a Real or an Integer"
             raise ValueError(f"parameter {self.name!r} is {value!r}", remedy)
         return float(value)
-
-
-def _mapped(value: Value, table: Element) -> Value:
-    """The value that a table of values gives."""
-    text = str(value).lower() if isinstance(value, bool) else str(value)
-    same = {"1": "true", "0": "false"} if isinstance(value, bool) else {}
-    for entry in table.findall(f"{SSC}MapEntry"):
-        if same.get(entry.get("source"), entry.get("source")) == text:
-            target = entry.get("target")
-            if isinstance(value, bool):
-                return target in ("true", "1")
-            return int(target) if isinstance(value, int) else target
-    raise ValueError(f"no entry of the mapping is for the value {text}", "add a MapEntry")
 
 
 def read_parameter_set(path: str | Path) -> dict[str, Value]:

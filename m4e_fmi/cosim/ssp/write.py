@@ -136,7 +136,12 @@ def _description(
     connections = _connections(prepared, element)
     if connections:
         told = {"connections": connections, **told}
-    _write_enumerations(root, enumerations)
+    if enumerations:
+        parent = etree.SubElement(root, f"{SSD}Enumerations")
+        for numbers, name in enumerations.items():
+            kind = etree.SubElement(parent, f"{SSC}Enumeration", name=name)
+            for item, number in numbers:
+                etree.SubElement(kind, f"{SSC}Item", name=item, value=str(number))
     write_units(root, _units(prepared, ports))
     _experiment(prepared, root, told)
     return root
@@ -154,16 +159,6 @@ def _connected(prepared: Prepared) -> list[Port]:
 
 Enumerations = dict[tuple[tuple[str, int], ...], str]
 """Items and their numbers → the name that the package gives to the enumeration."""
-
-
-def _write_enumerations(root: Element, enumerations: Enumerations) -> None:
-    if not enumerations:
-        return
-    parent = etree.SubElement(root, f"{SSD}Enumerations")
-    for items, name in enumerations.items():
-        element = etree.SubElement(parent, f"{SSC}Enumeration", name=name)
-        for item, number in items:
-            etree.SubElement(element, f"{SSC}Item", name=item, value=str(number))
 
 
 def _connectors(
@@ -202,7 +197,12 @@ def _connections(prepared: Prepared, parent: Element) -> list[str]:
         ways = [written if direct else _from_end_to_end(link, prepared) for link in members]
         for link, way in zip(members, ways, strict=True):
             ends = (text for port in link.ends for text in (port.component, port.variable))
-            _transform(_connection(connections, *ends), way)
+            element = _connection(connections, *ends)
+            if way.units_ignored:
+                element.set("suppressUnitConversion", "true")
+            if (way.factor, way.offset) != (1.0, 0.0):
+                given = {"factor": repr(way.factor), "offset": repr(way.offset)}
+                etree.SubElement(element, f"{SSC}LinearTransformation", given)
         texts += [text] if direct else map(str, ways)
     return texts
 
@@ -233,15 +233,6 @@ def _connection(parent: Element, *ends: str | None) -> Element:
         if value is not None:
             element.set(key, value)
     return element
-
-
-def _transform(element: Element, written: ConnectionText) -> None:
-    if written.units_ignored:
-        element.set("suppressUnitConversion", "true")
-    if (written.factor, written.offset) != (1.0, 0.0):
-        transformation = etree.SubElement(element, f"{SSC}LinearTransformation")
-        transformation.set("factor", repr(written.factor))
-        transformation.set("offset", repr(written.offset))
 
 
 def _annotate(parent: Element, content: dict[str, Any]) -> None:

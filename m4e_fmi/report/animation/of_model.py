@@ -1,23 +1,24 @@
 """Scenes of models: bodies, joints and loads between points.
 
-A planar model has its bodies as flat outlines near y = 0. One in space has their shapes or boxes
-with their moments of inertia, and sticks from their centres of gravity to all that holds them.
+A planar model has its bodies as flat outlines near y = 0, which hold all their points. One in space
+has their shapes or boxes with their moments of inertia, and sticks from their centres of gravity to
+all that holds them.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_fmi.model import Mesh, Model
 from m4e_fmi.model.elements import inertia_of, parameter_values, quantity, vector
-from m4e_fmi.model.loads import Bushing, TensionDamper, TensionSpring, TensionStop
+from m4e_fmi.model.expression import Values
 from m4e_fmi.model.shapes import MOST_TRIANGLES
-from m4e_fmi.multibody import topology
+from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.multibody.topology import TreeLink
 from m4e_fmi.report.animation.scene import (
     COORDINATES,
@@ -28,11 +29,9 @@ from m4e_fmi.report.animation.scene import (
     Scene,
     Spot,
     Triple,
-    Value,
 )
 from m4e_fmi.report.drawing.hulls import Hull, fitted, inertia_box, shape_hull
 from m4e_fmi.report.drawing.parts import ranks
-from m4e_fmi.report.drawing.scene import Anchor, PlanarScene, unmoved_scene
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
@@ -44,6 +43,50 @@ LAYER = 1e-4
 IN_PLANE = ("x", "z", "theta")
 AXIS = 0.22
 """Half the length of a joint's axis, relative to the size of the model."""
+AROUND = 2 * np.pi * np.arange(32) / 32
+CENTRE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a model has its points and its joints, with `values` of its parameters.
+
+    Each joint has its link, its point on the child and that on the parent; free ones are left out.
+    """
+
+    tree: Topology
+    values: Values
+    points: dict[str, Spot]
+    joints: tuple[tuple[TreeLink, Spot, Spot], ...]
+
+    def numbers(self, owner: object, field: str) -> Triple:
+        """A vector of an element in world axes, at q = 0."""
+        found = [float(part.evaluate(self.values)) for part in vector(owner, field)]
+        x, y, z = found if len(found) == 3 else (found[0], 0.0, found[1])
+        return x, y, z
+
+    def held(self, body: int) -> list[Triple]:
+        """The places of a body where something holds it."""
+        ends = [end for _, spot, base in self.joints for end in (spot, base)]
+        return list(dict.fromkeys(e.at for e in (*ends, *self.points.values()) if e.body == body))
+
+
+def places_of(model: Model, given: Mapping[str, float]) -> Places:
+    """The places of a model; parameters that are not `given` have its own values."""
+    tree, values = topology(model), parameter_values(model.parameters)
+    values.update((name, value) for name, value in given.items() if name in values)
+    found = Places(tree, values, {}, ())
+    points = {
+        name: Spot(tree.index(point.body), found.numbers(point, "at"))
+        for name, point in model.points.items()
+    }
+    joints = []
+    for k, link in enumerate(tree.links):
+        if not link.joint_type.is_free:
+            x, y, z = found.numbers(link.joint, "joint_to_child")
+            base = Spot(link.parent, found.numbers(link.joint, "parent_to_joint"))
+            joints.append((link, Spot(k, (-x, -y, -z)), base))
+    return replace(found, points=points, joints=tuple(joints))
 
 
 def scene_of_model(
@@ -59,9 +102,50 @@ def scene_of_model(
     together.
     """
     prefix = f"{component}." if component else ""
-    if model.dimensions == 2:
-        return _planar(model, unmoved_scene(model, values or {}), prefix)
-    return _spatial(model, prefix, values or {}, most)
+    found, planar = places_of(model, values or {}), model.dimensions == 2
+    links = found.tree.links
+    sticks = [found.held(k) for k in range(len(links))]
+    arms = [math.hypot(*end) for ends in sticks for end in ends]
+    if planar:
+        hulls = _outlines(model, found, sticks, 2.0 * max(arms, default=0.0))
+        size = 0.0  # no axes are drawn
+    else:
+        bodies = [model.bodies[link.body] for link in links]
+        most = most // max(1, sum(isinstance(body.shape, Mesh) for body in bodies))
+        hulls = [
+            shape_hull(body.shape, found.values, most)
+            if body.shape
+            else inertia_box(body, found.values)
+            for body in bodies
+        ]
+        arms += [math.hypot(*spot.at) for spot in found.points.values() if spot.body == GROUND]
+        largest = max(float(np.abs(hull.vertices).max()) for hull in hulls)
+        size = max(arms, default=0.0) or largest or 1.0
+        hulls = [
+            hull if body.shape else fitted(hull, size)
+            for body, hull in zip(bodies, hulls, strict=True)
+        ]
+    moving = IN_PLANE if planar else COORDINATES
+    return Scene(
+        title=model.name,
+        description=" ".join(model.description.split()),
+        planar=planar,
+        bodies=tuple(
+            Body(
+                f"{prefix}{link.body}",
+                tuple(
+                    Followed(f"{prefix}body.{link.body}.{part}") if part in moving else 0.0
+                    for part in COORDINATES
+                ),
+                (hull,),
+                () if planar else tuple(ends),
+            )
+            for link, hull, ends in zip(links, hulls, sticks, strict=True)
+        ),
+        hinges=tuple((spot, link.joint_type.symbol == "square") for link, spot, _ in found.joints),
+        axes=tuple(_lines(found, 0.0 if planar else AXIS * size)),
+        ropes=_ropes(model, found),
+    )
 
 
 def scene_of_simulation(model: Model, simulation: Simulation, component: str = "") -> Scene:
@@ -70,97 +154,54 @@ def scene_of_simulation(model: Model, simulation: Simulation, component: str = "
     return scene_of_model(model, component, values)
 
 
-def _motion(prefix: str, body: str, moving: Sequence[str]) -> tuple[Value, ...]:
-    return tuple(
-        Followed(f"{prefix}body.{body}.{part}") if part in moving else 0.0 for part in COORDINATES
-    )
+def _outlines(
+    model: Model, found: Places, sticks: Sequence[Sequence[Triple]], size: float
+) -> list[Hull]:
+    """Flat surfaces of bodies: those farther from the ground are thinner and nearer to the eye.
+
+    A body that slides is a block along the direction of its joint. Of a model without arms the
+    largest radius of gyration counts, of bodies with known mass and inertia, else 1 m.
+    """
+    from scipy.spatial import ConvexHull
+
+    bodies = (body for body in model.bodies.values() if not body.is_neutral)
+    radius = THICKNESS * size or max(
+        (float(inertia_of(body)[0].evaluate(found.values))
+         / float(quantity(body, "mass").evaluate(found.values)) for body in bodies), default=0.0
+    ) ** 0.5 or 1.0  # fmt: skip
+    hulls, depths = [], dict[int, int]()
+    for k, link in enumerate(found.tree.links):
+        depths[k] = depth = 1 + depths.get(link.parent, 0)
+        round_corners = np.column_stack([np.cos(AROUND), np.sin(AROUND)])
+        shape = radius * max(0.6, 0.88 ** (depth - 1)) * round_corners
+        if link.joint_type.has_direction:
+            x, _, z = found.numbers(link.joint, "direction")
+            corners = radius * np.array([[-1.8, -1.2], [1.8, -1.2], [1.8, 1.2], [-1.8, 1.2]])
+            shape = corners @ np.array([[x, z], [-z, x]]) / math.hypot(x, z)
+        places = np.array([CENTRE, *sticks[k]])[:, ::2]
+        hull = ConvexHull((places[:, None] + shape).reshape(-1, 2))
+        corners = np.insert(hull.points[hull.vertices], 1, -LAYER * size * depth, 1)
+        hulls.append(Hull(corners, (tuple(range(len(corners))),)))
+    return hulls
 
 
-def _ropes(ropes: Sequence[tuple[str, tuple[Spot, Spot]]]) -> tuple[Rope, ...]:
-    aside = ranks([(kind, frozenset[Hashable](ends)) for kind, ends in ropes])
-    return tuple(Rope(kind, ends, rank) for (kind, ends), rank in zip(ropes, aside, strict=True))
-
-
-def _spatial(model: Model, prefix: str, given: Mapping[str, float], most: int) -> Scene:
-    tree, values = topology(model), parameter_values(model.parameters)
-    values.update((name, value) for name, value in given.items() if name in values)
-
-    def numbers(owner: object, field: str) -> Triple:
-        found = [float(part.evaluate(values)) for part in vector(owner, field)]
-        return (found[0], found[1], found[2]) if len(found) == 3 else (0.0, 0.0, 0.0)
-
-    points = {
-        name: Spot(tree.index(point.body), numbers(point, "at"))
-        for name, point in model.points.items()
-    }
-    held, joints = [], []
-    for k, link in enumerate(tree.links):
-        if not link.joint_type.is_free:
-            x, y, z = numbers(link.joint, "joint_to_child")
-            spot = Spot(k, (-x, -y, -z))
-            base = Spot(link.parent, numbers(link.joint, "parent_to_joint"))
-            joints.append((link, spot, base))
-            held += [spot, base]
-    sticks: list[dict[Triple, None]] = [{} for _ in tree.links]
-    for spot in (*held, *points.values()):
-        if spot.body != GROUND:
-            sticks[spot.body][spot.at] = None
-    bodies = [model.bodies[link.body] for link in tree.links]
-    most = most // max(1, sum(isinstance(body.shape, Mesh) for body in bodies))
-    hulls = [
-        shape_hull(body.shape, values, most) if body.shape else inertia_box(body, values)
-        for body in bodies
-    ]
-    arms = [math.hypot(*end) for ends in sticks for end in ends]
-    arms += [math.hypot(*spot.at) for spot in points.values() if spot.body == GROUND]
-    largest = max(float(np.abs(hull.vertices).max()) for hull in hulls)
-    size = max(arms, default=0.0) or largest or 1.0
-
-    def lines() -> Iterator[tuple[Spot, Spot, bool]]:
-        """Axes of joints, and from parent to child where these slide; True for what turns."""
-        for link, spot, base in joints:
-            if link.joint_type.has_direction or link.joint_type.symbol == "sleeve":
-                yield base, spot, False
-            for name, middle in _axes(link, spot, base):
-                along = np.array(numbers(link.joint, name))
-                half = AXIS * size * along / np.linalg.norm(along)
-                yield _moved(middle, -half), _moved(middle, half), name != "direction"
-
-    return Scene(
-        title=model.name,
-        description=" ".join(model.description.split()),
-        planar=False,
-        bodies=tuple(
-            Body(
-                f"{prefix}{link.body}",
-                _motion(prefix, link.body, COORDINATES),
-                (hull if body.shape else fitted(hull, size),),
-                tuple(ends),
-            )
-            for link, body, hull, ends in zip(tree.links, bodies, hulls, sticks, strict=True)
-        ),
-        hinges=tuple((spot, link.joint_type.symbol == "square") for link, spot, _ in joints),
-        axes=tuple(lines()),
-        ropes=_ropes(
-            [
-                (load.type, (points[load.points[0]], points[load.points[1]]))
-                for load in model.loads.values()
-                if isinstance(load, TensionSpring | TensionDamper | TensionStop | Bushing)
-            ]
-        ),
-    )
-
-
-def _axes(link: TreeLink, spot: Spot, base: Spot) -> Iterator[tuple[str, Spot]]:
-    """The fields of a joint that are directions, each with the point that its line leads through.
+def _lines(found: Places, reach: float) -> Iterator[tuple[Spot, Spot, bool]]:
+    """Lines from parent to child where joints slide, and axes in space; True for what turns.
 
     Directions are fixed in the parent, and so is the first of two axes.
     """
-    kind = link.joint_type
-    if kind.has_direction:
-        yield "direction", base
-    for name in kind.axes:
-        yield name, base if name == "axis" and len(kind.axes) > 1 else spot
+    for link, spot, base in found.joints:
+        kind = link.joint_type
+        if kind.has_direction or kind.symbol == "sleeve":
+            yield base, spot, False
+        if not reach:
+            continue
+        for name in ("direction", *kind.axes) if kind.has_direction else kind.axes:
+            fixed = name == "direction" or (name == "axis" and len(kind.axes) > 1)
+            along = np.array(found.numbers(link.joint, name))
+            half = reach * along / np.linalg.norm(along)
+            middle = base if fixed else spot
+            yield _moved(middle, -half), _moved(middle, half), name != "direction"
 
 
 def _moved(spot: Spot, way: np.ndarray) -> Spot:
@@ -168,51 +209,21 @@ def _moved(spot: Spot, way: np.ndarray) -> Spot:
     return Spot(spot.body, (x, y, z))
 
 
-def _planar(model: Model, shown: PlanarScene, prefix: str) -> Scene:
-    size = _size(shown)
-    radius = THICKNESS * size or _gyration(model)
-
-    def flat(body: int) -> Hull:
-        corners = np.insert(shown.outline(body, radius), 1, -LAYER * size * shown.depths[body], 1)
-        return Hull(corners, (tuple(range(len(corners))),))
-
-    joints = [joint for joint in shown.joints if not joint.type.is_free]
-    return Scene(
-        title=model.name,
-        description=shown.description,
-        planar=True,
-        bodies=tuple(
-            Body(f"{prefix}{name}", _motion(prefix, name, IN_PLANE), (flat(k),))
-            for k, name in enumerate(shown.bodies)
-        ),
-        hinges=tuple((_spot(joint.child), joint.type.symbol == "square") for joint in joints),
-        axes=tuple(
-            (_spot(joint.parent), _spot(joint.child), False) for joint in joints if joint.direction
-        ),
-        ropes=_ropes([(tie.kind, (_spot(tie.ends[0]), _spot(tie.ends[1]))) for tie in shown.ties]),
-    )
-
-
-def _size(shown: PlanarScene) -> float:
-    """A length of the model [m]: twice the longest arm from a centre of gravity; 0 if none."""
-    arms = [np.hypot(*np.array(held).T).max() for held in shown.attachments]
-    return 2.0 * float(max(arms, default=0.0))
-
-
-def _gyration(model: Model) -> float:
-    """The largest radius of gyration [m] of bodies with known mass and inertia, else 1 m."""
-    values = parameter_values(model.parameters)
-    bodies = (body for body in model.bodies.values() if not body.is_neutral)
-    squares = (
-        float(inertia_of(body)[0].evaluate(values)) / float(quantity(body, "mass").evaluate(values))
-        for body in bodies
-    )
-    return max(squares, default=0.0) ** 0.5 or 1.0
-
-
-def _spot(anchor: Anchor) -> Spot:
-    x, z = anchor.at
-    return Spot(anchor.body, (x, 0.0, z))
+def _ropes(model: Model, found: Places) -> tuple[Rope, ...]:
+    """Loads between two points; in the plane also those between two bodies, where these meet."""
+    meet = {(a.body, b.body): (a, b) for _, spot, base in found.joints
+            for a, b in ((spot, base), (base, spot))}  # fmt: skip
+    ropes = list[tuple[str, tuple[Spot, Spot]]]()
+    for load in model.loads.values():
+        if hasattr(load, "points"):
+            first, second = (found.points[name] for name in load.points)
+            ropes.append((load.type, (first, second)))
+        elif hasattr(load, "bodies") and model.dimensions == 2:
+            one, other = (found.tree.index(name) for name in load.bodies)
+            centres = Spot(one, CENTRE), Spot(other, CENTRE)
+            ropes.append((load.type, meet.get((one, other), centres)))
+    aside = ranks([(kind, frozenset[Hashable](ends)) for kind, ends in ropes])
+    return tuple(Rope(kind, ends, rank) for (kind, ends), rank in zip(ropes, aside, strict=True))
 
 
 def shifted(scene: Scene, bodies: int) -> Scene:

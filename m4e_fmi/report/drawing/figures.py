@@ -11,7 +11,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, Problem, unknown_names
 from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, plain, save
-from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
+from m4e_fmi.report.panels import Panel, by_unit, fitting, moving, panels
 from m4e_fmi.results.results_file import Results, Series, load
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 ZOOM = 60.0  # s shown in the right column
 LEGEND_COLUMNS = 3
 LEGEND_ROW = 0.11  # of a panel's height
-DASH = 8  # widths of a line
 
 
 def plot_run(results: str | Path, picture: str | Path, *, variables: Sequence[str] = ()) -> Path:
@@ -127,14 +126,8 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], kind: type[Figure] |
 
 
 def _fill(axis: Axes, time: np.ndarray, panel: Panel) -> None:
-    """Draw the curves; those in one place dashed upon one another, so that each is seen."""
-    curves = panel.curves
-    places = coinciding(list(curves.values()))
-    for k, (name, curve) in enumerate(curves.items()):
+    for k, (name, curve) in enumerate(panel.curves.items()):
         colour = BODY_COLOURS[k % len(BODY_COLOURS)]
-        below, there = places[k]
-        dashes = (DASH * (there - below), DASH * below)
-        style = (0, dashes) if below else "-"
         drawn = "steps-post" if panel.steps else "default"
         marker = "." if len(time) == 1 else ""
         axis.plot(
@@ -143,7 +136,6 @@ def _fill(axis: Axes, time: np.ndarray, panel: Panel) -> None:
             color=colour,
             lw=0.9,
             label=shortened(name),
-            ls=style,
             drawstyle=drawn,
             marker=marker,
         )

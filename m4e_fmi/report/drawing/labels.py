@@ -37,7 +37,7 @@ class Labels:
 
     def add(self, text: str, at: np.ndarray, colour: str, *, bold: bool = False) -> None:
         """Write `text` near `at` (2,) [m]."""
-        self.names.append(_Name(shortened(text), (float(at[0]), float(at[1])), colour, bold))
+        self.names.append(_Name(text, (float(at[0]), float(at[1])), colour, bold))
 
     def avoid(self, outline: np.ndarray) -> None:
         """Do not cover `outline` (n, 2) [m], if there is another place."""
@@ -53,7 +53,7 @@ class Labels:
         figure.draw_without_rendering()  # the layout settles, so that points become pixels
         pixels = figure.dpi / 72
         lines = [_dense(self.axis.transData.transform(o), 6 * pixels) for o in self.outlines]
-        places = self.axis.transData.transform([name.at for name in self.names])
+        places = self.axis.transData.transform(np.reshape([n.at for n in self.names], (-1, 2)))
         obstacles = np.vstack([*lines, places])
         inside = self.axis.get_window_extent(renderer)
         taken: list[Box] = []

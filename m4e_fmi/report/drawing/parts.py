@@ -7,9 +7,7 @@ from collections.abc import Hashable, Iterator, Sequence
 
 import numpy as np
 
-from m4e_fmi.report.animation.scene import GROUND
 from m4e_fmi.report.drawing import symbols
-from m4e_fmi.report.drawing.scene import JointMark, PlanarScene, turned
 from m4e_fmi.report.drawing.symbols import Line
 
 SPRING, DAMPER, OTHER = "#2a7f62", "#7a4fa3", "#7b8794"
@@ -65,36 +63,3 @@ def _around(kind: str, ends: np.ndarray, rank: float, unit: float) -> list[Line]
         symbols.arc(centre, r, angle, angle)[0] for r in (radius - 0.7 * unit, radius + 0.7 * unit)
     ]
     return [symbols.arc(centre, radius, -2.6, -0.2), np.array(bar), *lines]
-
-
-def ground_lines(scene: PlanarScene, size: float) -> list[Line]:
-    """The ground where something is fastened to it, and rails under slides: lines (n, 2) [m].
-
-    Symbols are scaled by the length `size` [m].
-    """
-    lines: list[Line] = []
-    rails = {joint.parent.at: joint for joint in scene.joints
-             if joint.direction and joint.parent.body == GROUND}  # fmt: skip
-    for at in scene.fixed:
-        along, first, last = np.array([1.0, 0.0]), -0.0375 * size, 0.0375 * size
-        if at in rails:
-            along = np.array(rails[at].direction)
-            slid = (scene.place(rails[at].child) - at) @ along
-            first, last = slid - 0.09 * size, slid + 0.09 * size
-        lines += symbols.ground(at + first * along, at + last * along, 0.011 * size)
-    return lines
-
-
-def guides(scene: PlanarScene) -> list[Line]:
-    """Lines (2, 2) [m] from each sliding joint's point on a moving parent to that on its child."""
-    return [
-        np.array([scene.place(joint.parent), scene.place(joint.child)])
-        for joint in scene.joints
-        if joint.direction and joint.parent.body != GROUND
-    ]
-
-
-def direction_of(joint: JointMark, scene: PlanarScene) -> np.ndarray:
-    """A joint's direction in world axes, (2,) [1]; along X if it has none."""
-    turn = scene.start[joint.parent.body, 2] if joint.parent.body >= 0 else 0.0
-    return turned(joint.direction or (1.0, 0.0), turn)

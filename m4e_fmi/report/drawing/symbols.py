@@ -6,21 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 Line = np.ndarray
-Pair = tuple[float, float]
-
-
-def circle(centre: ArrayLike, radius: float, *, corners: int = 32) -> Line:
-    """Corners (n, 2) [m] of a circle about `centre` (2,) [m]."""
-    angles = np.linspace(0, 2 * np.pi, corners, endpoint=False)
-    return np.asarray(centre) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-
-
-def convex_hull(points: ArrayLike) -> Line:
-    """Corners (m, 2) [m] of the convex hull of `points` (n, 2) [m], counter-clockwise."""
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points)
-    return hull.points[hull.vertices]
 
 
 def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) -> Line:
@@ -90,13 +75,3 @@ def ground(start: ArrayLike, end: ArrayLike, hatch: float) -> list[Line]:
     count = max(3, round(length / hatch))
     tops = ends[0] + np.outer((np.arange(count) + 0.5) / count, way)
     return [np.array(ends), *(np.array([t, t + hatch * (below - 0.8 * along)]) for t in tops)]
-
-
-def box(centre: ArrayLike, length: float, width: float, direction: ArrayLike) -> Line:
-    """A rectangle (4, 2) [m] about `centre` (2,) [m]; its length is along `direction` (2,) [1]."""
-    along = np.asarray(direction, float)
-    along = along / np.linalg.norm(along)
-    normal = np.array([-along[1], along[0]])
-    corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    return np.array([np.asarray(centre) + length / 2 * a * along + width / 2 * b * normal
-                     for a, b in corners])  # fmt: skip

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.drawing.labels import Box, covering, shortened
-from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale, save
+from m4e_fmi.report.drawing.labels import Labels, shortened
+from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, pale, save
 from m4e_fmi.report.graph import TIMINGS, Arrow, Graph, GraphComponent, graph_of
 
 if TYPE_CHECKING:
@@ -28,24 +26,12 @@ BEND = 0.16
 BEND_BESIDE = 0.42  # of an arrow beside another from and to the same components
 BEND_OWN = -1.46  # in addition, of an arrow from a component to itself
 POINTS = 200  # of an arc
-ALONG = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74)  # where a name may stand beside its arrow
-GRID = np.linspace(-0.5, 0.5, 9)
 LOOP = COLOURS[4]
 OF_TIMING = {
     "KNOWN": INK, "SOLVED": INK, "CORRECTED": INK, "PREDICTED": COLOURS[0],
     "TAKEN": COLOURS[2], "HELD": COLOURS[2], "EXTRAPOLATED": COLOURS[3], "LATE": COLOURS[1],
     "DELAYED": COLOURS[1], "SWITCHED": COLOURS[2],
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Name:
-    """Labels at an arrow; `side` is 1 where it bends to the right of its way, or -1."""
-
-    text: str
-    colour: str
-    arc: np.ndarray
-    side: float
 
 
 def draw_system(prepared: Prepared, picture: str | Path) -> Path:
@@ -74,14 +60,17 @@ def graph_figure(graph: Graph) -> Figure:
     axis.set_xlim(low[0], low[0] + size[0])
     axis.set_ylim(low[1], low[1] + size[1])
     pairs = {(arrow.source, arrow.target, arrow.once) for arrow in graph.arrows}
-    names = []
+    labels = Labels(axis)
     for arrow in graph.arrows:
         beside = arrow.once and (arrow.source, arrow.target, False) in pairs
         ends = (places[arrow.source], places[arrow.target])
-        names.append(_arrow(axis, arrow, ends, BEND_BESIDE if beside else BEND))
+        _arrow(axis, arrow, ends, BEND_BESIDE if beside else BEND, labels)
     for component in graph.components:
-        _box(axis, component, places[component.name])
-    _write_names(axis, names, places.values())
+        place = places[component.name]
+        _box(axis, component, place)
+        labels.avoid(np.array([place + np.array(BOX) * (0, y) for y in (-0.5, 0.0, 0.5)]))
+        labels.avoid(place + np.array(BOX) / 2 * [[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    labels.place()
     _legend(axis, graph)
     axis.set_title(shortened(graph.title), fontsize=12, fontweight="bold", color=INK, pad=12)
     return figure
@@ -166,7 +155,9 @@ def _box(axis: Axes, component: GraphComponent, place: np.ndarray) -> None:
               color=GREY, fontsize=6.5, zorder=5)  # fmt: skip
 
 
-def _arrow(axis: Axes, arrow: Arrow, ends: tuple[np.ndarray, np.ndarray], rad: float) -> _Name:
+def _arrow(
+    axis: Axes, arrow: Arrow, ends: tuple[np.ndarray, np.ndarray], rad: float, labels: Labels
+) -> None:
     """One arrow for all that flows from a component to another, in the colour of the latest."""
     colour = LOOP if arrow.knotted else OF_TIMING.get(arrow.timing, GREY)
     first, last = ends
@@ -177,7 +168,8 @@ def _arrow(axis: Axes, arrow: Arrow, ends: tuple[np.ndarray, np.ndarray], rad: f
     axis.plot(*arc.T, color=colour, lw=2.4 if arrow.knotted else 1.2,
               ls="-" if arrow.timing else "--", zorder=3 if arrow.knotted else 2)  # fmt: skip
     _head(axis, arc, colour)
-    return _Name(arrow.label, colour, arc, np.sign(rad))
+    labels.add(arrow.label, arc[POINTS // 2], colour)
+    labels.avoid(np.vstack([arc[::5], arc[::-5]]))  # there and back: outlines are closed
 
 
 def _arc(first: np.ndarray, last: np.ndarray, rad: float) -> np.ndarray:
@@ -197,36 +189,6 @@ def _head(axis: Axes, arc: np.ndarray, colour: str) -> None:
     style = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "color": colour, "lw": 1.0,
              "shrinkA": 0, "shrinkB": 0}  # fmt: skip
     axis.annotate("", arc[tip], arc[max(tip - 8, 0)], arrowprops=style, zorder=5)
-
-
-def _write_names(axis: Any, names: list[_Name], places: Iterable[np.ndarray]) -> None:
-    """Write each name beside its arrow, where it covers as little as possible."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    dots = axis.figure.dpi  # per inch, the unit of the axis
-    renderer = FigureCanvasAgg(axis.figure).get_renderer()
-    inside = [place + np.array(BOX) * (a, b) for place in places for a in GRID for b in GRID]
-    obstacles = dots * np.vstack([*(name.arc[::5] for name in names), inside])
-    taken: list[Box] = []
-    for name in names:
-        text = axis.text(
-            0, 0, name.text, color=name.colour, ha="center", va="center", multialignment="left",
-            fontsize=6.5, zorder=6, bbox={"fc": PAPER, "ec": "none", "pad": 0.8, "alpha": 0.85},
-        )  # fmt: skip
-        extent = text.get_window_extent(renderer)
-        half = np.array([extent.width, extent.height]) / 2 / dots
-        found = []
-        for along, outwards in product(ALONG, (1, -1)):
-            at = int(along * POINTS)
-            way = name.arc[at + 1] - name.arc[at - 1]
-            side = outwards * name.side * np.array([way[1], -way[0]]) / np.hypot(*way)
-            middle = name.arc[at] + 0.07 * side + half * np.sign(side) * (np.abs(side) > 0.3)
-            corners = (dots * (middle - half), dots * (middle + half))
-            cost = covering(*corners, obstacles, taken) + abs(along - 0.5) + (outwards < 0)
-            found.append((cost, len(found), middle, corners))
-        _, _, best, corners = min(found)
-        text.set_position(best)
-        taken.append(corners)
 
 
 def _legend(axis: Axes, graph: Graph) -> None:

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
+from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report.animation.frames import Poses, poses_of
 from m4e_fmi.report.animation.scene import GROUND, Scene
-from m4e_fmi.report.drawing.labels import Labels, shortened
 from m4e_fmi.report.drawing.parts import colour_of, tie_lines
-from m4e_fmi.report.drawing.scene import start_values
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, INK, PAPER
+from m4e_fmi.report.drawing.symbols import ground
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 TURN, RISE = np.radians(-60.0), np.radians(22.0)
@@ -35,7 +35,7 @@ PALEST, DARKEST = 0.28, 0.65
 MARGIN = 0.02
 """Least side of what is seen, relative to its largest."""
 NONE = np.zeros(4)  # no colour
-MOST_NAMES = 24  # bodies that are named
+RIGHT = np.array([1.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -72,8 +72,16 @@ def colour(body: int) -> str:
 
 
 def start_poses(scene: Scene, program: Program) -> Poses:
-    """Where the bodies are at the start values of the program."""
-    return poses_of(scene, {n: np.array([v]) for n, v in start_values(program).items()})
+    """Where the bodies are at the start values of the program.
+
+    Masses that nobody has set are 1 kg: places do not depend on them.
+    """
+    program = program.with_start({v.name: 1.0 for v in program.parameters if is_unset(v)})
+    form, states = load_python(program), program.states
+    x, u, p = ([v.start for v in of] for of in (states, program.inputs, program.parameters))
+    values = [*x, *form.outputs(0.0, x, u, p, form.constants(p))]
+    names = [v.name for v in (*states, *program.outputs)]
+    return poses_of(scene, {n: np.array([v]) for n, v in zip(names, values, strict=True)})
 
 
 def extent(scene: Scene, poses: Poses, cables: Sequence[Floats] = ()) -> Floats:
@@ -113,28 +121,6 @@ def limits(scene: Scene, poses: Poses, margin: float = 0.1) -> tuple[Floats, Flo
     flat = View.of(scene.planar).flat(_corners(*extent(scene, poses)))
     room = margin * float(np.ptp(flat, axis=0).max() or 1.0)
     return flat.min(axis=0) - room, flat.max(axis=0) + room
-
-
-def space_figure(shown: Scene, poses: Poses, *, inches: float) -> Figure:
-    """The scene in one pose, with names, its longer side `inches` long."""
-    from matplotlib.figure import Figure
-
-    view = View.of(shown.planar)
-    low, high = limits(shown, poses)
-    sides = np.maximum((high - low) / max(high - low), 0.4) * inches
-    figure = Figure(figsize=(sides[0], sides[1]), facecolor=PAPER)
-    axis = figure.add_axes((0, 0, 1, 1))
-    prepare(axis, low, high)
-    paint(axis, shown, poses, 0)
-    figure.suptitle(shortened(shown.title), x=0.02, ha="left", fontsize=11, color=INK,
-                    fontweight="bold")  # fmt: skip
-    _axes(axis, view, low, high)
-    labels = Labels(axis)
-    for k, body in list(enumerate(shown.bodies))[:MOST_NAMES]:
-        labels.add(f"{k + 1} {body.name}", view.flat(poses.places[0, k]), colour(k), bold=True)
-        labels.avoid(view.flat(poses.all_of(k, body.surfaces[0].vertices)))
-    labels.place()
-    return figure
 
 
 def prepare(axis: Axes, low: Floats, high: Floats) -> None:
@@ -184,7 +170,7 @@ def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float
         axis.add_collection(LineCollection(lines, colors=hue, lw=1.1, zorder=6, alpha=strength))
         fixed = [at for spot, at in zip(rope.ends, ends, strict=True) if spot.body == GROUND]
         for at in fixed:
-            axis.plot(*at, "^", ms=5, mfc=GREY, mec=GREY, zorder=7)
+            draw_ground(axis, at)
     for start, end, turns in scene.axes:
         line = view.flat(np.array([poses.of(start, frame), poses.of(end, frame)]))
         axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6,
@@ -192,6 +178,16 @@ def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float
     for spot, weld in scene.hinges:
         at, marker = view.flat(poses.of(spot, frame)), "s" if weld else "o"
         axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7, alpha=strength)
+
+
+def draw_ground(axis: Axes, at: Floats, along: Floats = RIGHT) -> None:
+    """Draw the ground at a place `at` (2,) [m], or a rail of it `along` (2,) [1]."""
+    from matplotlib.collections import LineCollection
+
+    size = float(max(np.ptp(axis.get_xlim()), np.ptp(axis.get_ylim())))
+    reach = (0.03 if along is RIGHT else 0.11) * size * along
+    lines = ground(at - reach, at + reach, 0.009 * size)
+    axis.add_collection(LineCollection(lines, colors=GREY, lw=1.0, zorder=4))
 
 
 @dataclass(frozen=True)
@@ -202,20 +198,3 @@ class _Part:
     face: Floats
     edge: Floats
     width: float
-
-
-def _axes(axis: Axes, view: View, low: Floats, high: Floats) -> None:
-    """The axes of the world, in the lower left corner."""
-    reach = 0.07 * float(max(high - low))
-    origin = low + 1.5 * reach
-    for direction, name in zip(np.eye(3), "XYZ", strict=True):
-        tip = origin + reach * view.flat(direction)
-        axis.plot([origin[0], tip[0]], [origin[1], tip[1]], color=GREY, lw=1.0, zorder=5)
-        axis.annotate(
-            name,
-            (float(tip[0]), float(tip[1])),
-            xytext=(2, 2),
-            textcoords="offset points",
-            fontsize=7,
-            color=GREY,
-        )

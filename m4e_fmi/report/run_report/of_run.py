@@ -123,8 +123,6 @@ def _curves(results: Results, end: RecordEnd, flows: Flows | None) -> Iterator[C
 
 def _first(results: Results) -> list[list[str]]:
     """The variables of the plots that a report opens with: those of the picture of a run."""
-    if not len(results.series):
-        return []
     shown = [fitting(panel) for panel in moving(panels(results.series))[:MOST_PANELS]]
     return [list(panel.series) for panel in shown if panel.series]
 
@@ -147,7 +145,7 @@ def _drawing(graph: Graph) -> str:
     """The graph as a picture (SVG) in an element that runs no script."""
     if len(graph.components) > MOST_DRAWN:
         count = len(graph.components)
-        return paragraph(f"{count} components are not drawn here: m4e-fmi draw makes a picture.")
+        return paragraph(f"{count} components are not drawn here: draw_system in Python does it.")
     from matplotlib import rc_context
 
     from m4e_fmi.report.drawing.system_graph import graph_figure

@@ -45,7 +45,7 @@ def _facts(results: Results, record: Record, end: RecordEnd) -> dict[str, str]:
         "Components": ", ".join(c.name for c in graph.components) if graph else ", ".join(
             results.components
         ),
-        "Times": f"{time[0]:g} to {time[-1]:g} s, {len(time):,} rows" if len(time) else "no rows",
+        "Times": f"{time[0]:g} to {time[-1]:g} s, {len(time):,} rows",
         "Algorithm": told.get("algorithm", ""),
         "Method": told.get("method", ""),
         "Tolerance": told.get("tolerance", ""),
@@ -104,8 +104,6 @@ def _energies(results: Results, record: Record, end: RecordEnd) -> str:
 
 def _extremes(results: Results) -> str:
     """Smallest, mean and largest values of what figures show."""
-    if not len(results.time):
-        return ""
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = extremes(map(fitting, moving(panels(reals))), results.time)
     rows = [(name, unit, *numbers) for name, unit, numbers in found]

@@ -7,7 +7,7 @@ figure 2 and table 13; the ground has the number 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from numbers import Real
 
 from m4e_fmi.model import Model
@@ -16,39 +16,28 @@ from m4e_fmi.shown import columns, one_line
 from m4e_fmi.space import AXES
 
 
-@dataclass(frozen=True)
-class Listing:
-    """A table: a title, column heads, rows of finished text."""
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-    def text(self) -> str:
-        """In columns, with a line under the heads."""
-        widths = [max(map(len, column)) for column in zip(self.head, *self.rows, strict=True)]
-        rule = ["-" * width for width in widths]
-        return "\n".join([self.title, *columns("<" * len(rule), self.head, rule, *self.rows)])
-
-
 def model_tables(model: Model) -> str:
     """All tables of a model that have rows."""
-    return "\n\n".join(table.text() for table in model_listings(model) if table.rows)
-
-
-def model_listings(model: Model) -> list[Listing]:
-    """Tables of bodies, joints, points, loads and parameters."""
     tree = topology(model)
-    return [
+    found = (
         _bodies(model, tree),
         _joints(tree),
         _points(model, tree),
         _loads(model, tree),
         _parameters(model),
-    ]
+    )
+    return "\n\n".join(filter(None, found))
 
 
-def _bodies(model: Model, tree: Topology) -> Listing:
+def _listing(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A title and rows of finished text in columns, with a line under the heads; "" without."""
+    if not rows:
+        return ""
+    rule = ["-" * max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    return "\n".join([title, *columns("<" * len(rule), head, rule, *rows)])
+
+
+def _bodies(model: Model, tree: Topology) -> str:
     rows = []
     for link in tree.links:
         body = model.bodies[link.body]
@@ -58,10 +47,10 @@ def _bodies(model: Model, tree: Topology) -> Listing:
         row = (str(link.number), _word(link.body), _quantity(body.mass), inertia)
         rows.append((*row, _word(held or "none"), _word(body.description)))
     head = ("No.", "Body", "Mass [kg]", "Inertia [kg.m2]", "Coordinates", "Description")
-    return Listing("Bodies", head, tuple(rows))
+    return _listing("Bodies", head, rows)
 
 
-def _joints(tree: Topology) -> Listing:
+def _joints(tree: Topology) -> str:
     rows = []
     for k, link in enumerate(tree.links, start=1):
         joint = link.joint
@@ -77,19 +66,19 @@ def _joints(tree: Topology) -> Listing:
         ))  # fmt: skip
     head = ("No.", "Joint", "Bodies", "Type", "Parent CG to joint", "Joint to child CG",
             "Direction" if tree.is_planar else "Axes", "Start")  # fmt: skip
-    return Listing("Joints", head, tuple(rows))
+    return _listing("Joints", head, rows)
 
 
-def _points(model: Model, tree: Topology) -> Listing:
+def _points(model: Model, tree: Topology) -> str:
     rows = [
         (_word(name), _numbered(tree, point.body), _pair(point.at),
          _word(point.description))
         for name, point in model.points.items()
     ]  # fmt: skip
-    return Listing("Points", ("Point", "Body", "From its CG [m]", "Description"), tuple(rows))
+    return _listing("Points", ("Point", "Body", "From its CG [m]", "Description"), rows)
 
 
-def _loads(model: Model, tree: Topology) -> Listing:
+def _loads(model: Model, tree: Topology) -> str:
     rows = []
     for name, load in model.loads.items():
         ends, quantities = [], []
@@ -109,15 +98,15 @@ def _loads(model: Model, tree: Topology) -> Listing:
                 quantities.append(f"{_word(field.name)}: {_word(value)}")
         row = (name, load.type.replace("_", " "), ", ".join(ends), ", ".join(quantities))
         rows.append((*map(_word, row[:2]), *row[2:]))
-    return Listing("Loads", ("Load", "Type", "Acts on", "Quantities"), tuple(rows))
+    return _listing("Loads", ("Load", "Type", "Acts on", "Quantities"), rows)
 
 
-def _parameters(model: Model) -> Listing:
+def _parameters(model: Model) -> str:
     rows = [
         (_word(name), f"{p.value:.6g}", _word(p.unit), _word(p.description))
         for name, p in model.parameters.items()
     ]
-    return Listing("Parameters", ("Parameter", "Value", "Unit", "Description"), tuple(rows))
+    return _listing("Parameters", ("Parameter", "Value", "Unit", "Description"), rows)
 
 
 def _numbered(tree: Topology, body: str) -> str:

@@ -17,7 +17,7 @@ from m4e_fmi.cosim import Component, FmuFile, ModelFile, System, Timing, prepare
 from m4e_fmi.cosim import Simulation as Settings
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
-from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
+from m4e_fmi.model import Model, load_model
 from m4e_fmi.report import (
     animate,
     model_figure,
@@ -28,9 +28,7 @@ from m4e_fmi.report import (
     write_simulation,
 )
 from m4e_fmi.report.animation.frames import frames_of
-from m4e_fmi.report.animation.of_model import scene_of_model
-from m4e_fmi.report.animation.scene import Spot
-from m4e_fmi.report.drawing.scene import Anchor, planar_scene
+from m4e_fmi.report.animation.of_model import places_of, scene_of_model
 from m4e_fmi.report.drawing.system_graph import OF_TIMING
 from m4e_fmi.report.graph import TIMINGS
 from m4e_fmi.simulate import Simulation, simulate
@@ -59,32 +57,13 @@ def test_ends_of_joints_meet(simulation: Simulation, cart: Model) -> None:
     shown = scene_of_model(cart)
     poses = frames_of(shown, simulation.time, simulation.values, most=50).poses
     ((base, slide, _),) = shown.axes
-    joints = planar_scene(cart).joints[1:]
+    joints = places_of(cart, {}).joints[1:]
     for frame in range(0, 50, 7):
-        for joint, (spot, _) in zip(joints, shown.hinges[1:], strict=True):
-            x, z = joint.parent.at
-            end = poses.of(Spot(joint.parent.body, (x, 0.0, z)), frame)
+        for (_, _, hold), (spot, _) in zip(joints, shown.hinges[1:], strict=True):
+            end = poses.of(hold, frame)
             # linear between outputs 0.02 s apart, at accelerations below 10 m/s²
             assert poses.of(spot, frame) == pytest.approx(end, abs=10 * 0.02**2)
         assert poses.of(slide, frame)[2] == pytest.approx(poses.of(base, frame)[2], abs=1e-9)
-
-
-def test_forces_point_where_they_push(cart: Model, spiderfloat: Model) -> None:
-    (push,) = planar_scene(cart).pushes
-    assert (push.at, push.direction) == (Anchor(0, (0.0, 0.0)), (1.0, 0.0))
-    assert {p.name: p.direction for p in planar_scene(spiderfloat).pushes} == {
-        "heave": (0, 1), "right_push": (1, 0), "left_push": (-1, 0)
-    }  # fmt: skip
-    model = Model(
-        "lift",
-        {"block": Body(1, 1), "rod": Body(1, 1)},
-        {"slide": Joint("prismatic", "block", direction=(0, 2)),
-         "pin": Joint("revolute", "rod", "block", joint_to_child=(0, -1))},
-        loads={"pull": JointEffort("slide", -3), "turn": JointEffort("pin", "sin(t)")},
-    )  # fmt: skip
-    assert [(p.name, p.at.body, p.direction) for p in planar_scene(model).pushes] == [
-        ("pull", 0, (0, -1)), ("turn", 1, None)
-    ]  # fmt: skip
 
 
 def test_names_are_in_a_drawing_and_do_not_cover_each_other(cart: Model) -> None:

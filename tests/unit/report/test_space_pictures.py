@@ -25,11 +25,11 @@ from m4e_fmi.model import (
     TensionSpring,
 )
 from m4e_fmi.multibody import model_program
-from m4e_fmi.report import animate, draw_model, plot_modes
+from m4e_fmi.report import animate, draw_model, model_figure, plot_modes
 from m4e_fmi.report.animation.frames import poses_of
 from m4e_fmi.report.animation.of_model import scene_of_model
 from m4e_fmi.report.drawing.motion import MovedModel
-from m4e_fmi.report.drawing.views import View, space_figure, start_poses
+from m4e_fmi.report.drawing.views import View, start_poses
 from m4e_fmi.simulate import simulate
 
 PAGE = Path(__file__).parents[2] / "support" / "page.js"
@@ -172,9 +172,8 @@ def test_page(tmp_path: Path, gyroscope: Model) -> None:
             assert min(np.abs(polygon - side).max() for polygon in drawn) < 2e-4
     text = path.read_text(encoding="utf-8")
     assert not [w for w in ("http:", "src=", "import ", "@data@") if w in text]
-    start = start_poses(scene, model_program(gyroscope))
-    figure = space_figure(scene, start, inches=5.0)
-    assert {text.get_text() for text in figure.axes[0].texts} >= {"1 outer", "3 disc", "X"}
+    (axis,) = model_figure(gyroscope).axes
+    assert {text.get_text() for text in axis.texts} >= {"1 outer", "3 disc", "tip", "X", "Y", "g"}
 
 
 def test_mode_shapes(tmp_path: Path) -> None:
