@@ -27,8 +27,6 @@ LARGEST = {
 """Statistics of which the largest of all states is meant, and no mean over them."""
 NOT_RUN = "–"
 """In cells of what is not run."""
-MOST_COMPARED = 6
-"""Designs whose differences are told."""
 NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
 """Statistics of which the mean by probability does not tell that of all states."""
 
@@ -164,45 +162,17 @@ def over_states(
         return "largest of all states", _extreme(grid, values, states, 1.0)
     if wanted.statistic == "minimum":
         return "smallest of all states", _extreme(grid, values, states, -1.0)
-    name, sums = _sums(grid, values, states, wanted)
-    return name, averaged(states.rest(grid.axes), sums)
-
-
-def _sums(grid: Grid, values: np.ndarray, states: States, wanted: Wanted) -> tuple[str, np.ndarray]:
-    """The name of a sum over states, and its values over the other axes."""
     name, exponent = "mean by probability", 1.0
     if wanted.statistic == "damage_equivalent_load":
         name, exponent = "damage equivalent by probability", dict(wanted.parameters)["exponent"]
     elif wanted.statistic == "rms":
         name, exponent = "rms by probability", 2.0
     rows = states.last(grid.axes, values)
-    top = np.maximum(np.abs(rows).max(axis=-1), np.finfo(float).tiny)  # powers of it may overflow
-    if exponent == 1.0:
-        return name, rows @ states.weights
-    return name, top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
-
-
-def differences(
-    grid: Grid, values: np.ndarray, states: States | None, wanted: Wanted
-) -> Averaged | None:
-    """Differences of a few designs from the first of them, seed by seed; None if that is none.
-
-    `values` (n, …), in their unit, have the shape of the grid. Designs have the same seeds, and sea
-    states: what these do to all of them is not in the difference, nor in its interval. Of `states`
-    it is that of the sums over them; extremes of all states have none.
-    """
-    axes = grid.axes
-    if states is not None:
-        if wanted.statistic in LARGEST or wanted.statistic == "minimum":
-            return None
-        _, values = _sums(grid, values, states, wanted)
-        axes = states.rest(axes)
-    seeds = math.prod(len(axis) for axis in axes if axis.repeats)
-    count = math.prod(len(axis) for axis in axes if not axis.repeats)
-    if seeds < 2 or not 2 <= count <= MOST_COMPARED:
-        return None
-    first = tuple(slice(None) if axis.repeats else slice(0, 1) for axis in axes)
-    return averaged(axes, values - values[first])
+    sums = rows @ states.weights
+    if exponent != 1.0:
+        top = np.maximum(np.abs(rows).max(axis=-1), np.finfo(float).tiny)  # powers may overflow
+        sums = top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
+    return name, averaged(states.rest(grid.axes), sums)
 
 
 def _extreme(grid: Grid, values: np.ndarray, states: States, sign: float) -> Averaged:

@@ -36,13 +36,13 @@ from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.names import changed, named_system
 from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.start_up import first_time, ramp_warnings
 from m4e_fmi.study.systems.execution import Perform
-from m4e_fmi.study.systems.names import changed, named_system
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
-from m4e_fmi.study.targets import KeyTarget, StartTarget, dotted
+from m4e_fmi.study.targets import SettingTarget, StartTarget, dotted
 from m4e_fmi.study.work import Batch, Work, rows_text
 
 Tell = Callable[[str], None]
@@ -211,10 +211,7 @@ class SystemPlan:
         for name, target in self.named.targets.items():
             if isinstance(target, StartTarget):
                 varied[name] = target.unit, target.text
-            elif isinstance(target, KeyTarget):
-                one = self.variants[target.component]
-                varied[name] = one.labels.get(one.keys.index(target.keys), ("", ""))
-            elif target.key not in NO_TIME:
+            elif isinstance(target, SettingTarget) and target.key not in NO_TIME:
                 varied[name] = "s", f"{target.key} of the simulation"
         names = (*(w.variable for w in self.study.wanted), *self.study.series)
         found = {name: self.of.variable(name) for name in names}
