@@ -76,12 +76,20 @@ class Averaged:
         )
 
 
-def _means_of_designs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean (…) and half-width (…) of `values` (…, n_seeds), in their unit, and missing ones [1].
+def averaged(
+    axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None
+) -> Averaged:
+    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
 
-    The half-width is that of 95 % confidence by Student's t, nan for one seed. Values that are nan
-    are missing (…); the mean is over the others, nan if there are none.
+    The half-width is nan for one seed. Values that are nan are missing; means are over the others.
+    The values have the shape of the axes, as has `is_run` (n, …) [1]: False of what is not run.
     """
+    repeats = [k for k, axis in enumerate(axes) if axis.repeats]
+    designs = tuple(axis for axis in axes if not axis.repeats)
+    count = math.prod(len(axes[k]) for k in repeats)
+    rest = [k for k in range(len(axes)) if k not in repeats]
+    shape = (*(len(axis) for axis in designs), count)
+    values = values.transpose((*rest, *repeats)).reshape(shape)
     missing = np.isnan(values).sum(axis=-1)
     mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
     for lacking in np.unique(missing):
@@ -92,22 +100,6 @@ def _means_of_designs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
         rows = values[alike]
         interval = confidence_interval(rows[~np.isnan(rows)].reshape(-1, left))
         mean[alike], width[alike] = interval.mean, interval.half_width
-    return mean, width, missing
-
-
-def averaged(
-    axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None
-) -> Averaged:
-    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
-
-    The values have the shape of the axes, as has `is_run` (n, …) [1]: False of what is not run.
-    """
-    repeats = [k for k, axis in enumerate(axes) if axis.repeats]
-    designs = tuple(axis for axis in axes if not axis.repeats)
-    count = math.prod(len(axes[k]) for k in repeats)
-    rest = [k for k in range(len(axes)) if k not in repeats]
-    shape = (*(len(axis) for axis in designs), count)
-    mean, width, missing = _means_of_designs(values.transpose((*rest, *repeats)).reshape(shape))
     if is_run is not None:
         some = is_run.transpose((*rest, *repeats)).reshape(shape).any(axis=-1)
         missing = np.where(some, missing, 0)

@@ -27,7 +27,7 @@ def summary(outcome: StudyOutcome) -> str:
     study, count = outcome.study, outcome.study.grid.count
     made = count - outcome.kept
     kept = f", {outcome.kept} kept from before" if outcome.kept else ""
-    lines = [f"{study.name}: {count} runs, {made} made{kept}, in {_time(outcome.wall_time)}"]
+    lines = [f"{study.name}: {count} runs, {made} made{kept}, in {outcome.wall_time:.1f} s"]
     lines += [f"  {note}" for note in outcome.notes]
     lines += [f"  {study.grid.covered}"] if study.grid.covered else []
     if study.wanted:
@@ -39,14 +39,6 @@ def summary(outcome: StudyOutcome) -> str:
         lines += ["", *_of(outcome, wanted)]
     lines += ["", *_worst(outcome), *_failures(outcome), *warning_lines(outcome.warnings)]
     return "\n".join(lines).rstrip()
-
-
-def _time(seconds: float) -> str:
-    if seconds < 100.0:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s"
 
 
 def shown_unit(found: Averaged, unit: str) -> tuple[float, str]:

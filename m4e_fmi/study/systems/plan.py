@@ -34,7 +34,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
-from m4e_fmi.study.dataset import Labels
+from m4e_fmi.study.dataset import Batch, Labels, Work, rows_text
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.names import changed, named_system
 from m4e_fmi.study.report.record import inputs_of
@@ -43,7 +43,6 @@ from m4e_fmi.study.systems.execution import Perform
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
 from m4e_fmi.study.targets import SettingTarget, StartTarget, dotted
-from m4e_fmi.study.work import Batch, Work, rows_text
 
 Tell = Callable[[str], None]
 NO_TIME = ("algorithm", "tolerance", "coupling_tolerance")
