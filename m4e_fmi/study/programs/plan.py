@@ -156,7 +156,7 @@ class ProgramPlan:
             else:
                 yield from chunks(runs, Pace(jobs, len(runs)), partial(self._chunk, group))
 
-    def _chunk(self, group: RunGroup, runs: np.ndarray, *, compiled: bool) -> Batch:
+    def _chunk(self, group: RunGroup, runs: np.ndarray, compiled: bool) -> Batch:
         """Records of some runs by one call of the library."""
         began, version = clock.perf_counter(), group.version
         program, names = version.program, self._names

@@ -142,11 +142,8 @@ class SystemPlan:
         self.tell(line)
 
     def _tell_of_one(self, one: Variants, number: int, line: str) -> None:
-        """Tell lines of the first build of a component, and one of each other."""
-        text = line.partition(": ")[2]
-        if number and text.startswith("building"):
-            self.tell(f"{one.name}: building FMUs, {number + 1} of {len(one.builds)}")
-        elif not number and not text.startswith(WARNING):  # those are of sections
+        """Tell a line of a build of a component, but for warnings, which are those of sections."""
+        if f": {WARNING}" not in line:
             self.tell(f"{line} ({of_keys(one, number)})")
 
     @property
