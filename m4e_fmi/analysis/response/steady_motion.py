@@ -46,9 +46,9 @@ def steady_motion(
 ) -> tuple[Complex, Complex, Floats, Floats, str]:
     """The steady motion in waves of `omega` [rad/s] and `amplitude` [m].
 
-    First harmonics per wave amplitude [SI], of the states (n,) and of the outputs (k,); mean (k,) of
-    the outputs in their units, and their third harmonic over the first (k,) [1]; a state whose mean
-    rate nothing balances, "" if there is none.
+    Returns first harmonics per wave amplitude of the states (n,) and of the outputs (k,) [SI]; the
+    mean (k,) of the outputs, in their units, and their third harmonic over the first (k,) [1]; a
+    state whose mean rate nothing balances, "" if there is none.
 
     `forces` (m,) are the harmonics of the inputs and `guess` (n,) of the states, in SI, per m of
     amplitude. RunError if none is found.
