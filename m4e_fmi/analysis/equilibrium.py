@@ -104,7 +104,13 @@ def _settled(balance: Balance, point: OperatingPoint, *, nearest: bool) -> Opera
             return point
         if growth > 0:  # longer steps would lead to where it is not stable, as Newton's do
             span = 0.5 / growth
-        span, step = _implicit_step(rates, slopes, sizes, span)
+        while True:
+            matrix = np.eye(len(rates)) / span - slopes
+            step = np.asarray(np.linalg.solve(matrix, rates), dtype=float)
+            length = float(np.max(np.abs(step) / sizes))
+            if not length > LONGEST_STEP:
+                break
+            span *= min(0.5, LONGEST_STEP / length)
         before, point = np.linalg.norm(rates), balance.moved(point, step)
         rates = balance.rates(point)
         span *= min(10.0, max(0.1, float(before / max(np.linalg.norm(rates), TINY))))
@@ -136,18 +142,6 @@ def _growth(slopes: Floats) -> float:
     """Fastest growth along q' = r(q): the largest real part of ∂r/∂q, 0 if that is rounding."""
     growth = float(np.max(np.linalg.eigvals(slopes).real))
     return growth if growth > RANK * np.linalg.norm(slopes) else 0.0
-
-
-def _implicit_step(
-    rates: Floats, slopes: Floats, sizes: Floats, span: float
-) -> tuple[float, Floats]:
-    """The span, shortened such that the step is no longer than LONGEST_STEP, and the step."""
-    while True:
-        step = np.asarray(np.linalg.solve(np.eye(len(rates)) / span - slopes, rates), dtype=float)
-        length = float(np.max(np.abs(step) / sizes))
-        if not length > LONGEST_STEP:
-            return span, step
-        span *= min(0.5, LONGEST_STEP / length)
 
 
 def _found(balance: Balance, point: OperatingPoint) -> OperatingPoint:

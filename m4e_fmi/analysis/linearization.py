@@ -208,6 +208,13 @@ class Linearizer:
         x, turning = point.states[self.order], self.small.turns(values[:n])
         T, back = self.small.tangent(x), self.small.inverse(x)
         A, B = back @ (slopes[:n, :n] @ T - turning), back @ slopes[:n, n:]
+        mechanical = None
+        if self._mass is not None:
+            q = self._coordinates
+            M, speeds = self._mass(point), slice(q, 2 * q)
+            columns = (slice(q), speeds, slice(2 * q, None))
+            K, C, S = (-M @ A[speeds, part] for part in columns)
+            mechanical = Mechanical(M, C=C, K=K, F=M @ B[speeds], S=S)
         return Linearization(
             point=point,
             states=self.states,
@@ -219,7 +226,7 @@ class Linearizer:
             D=slopes[self.rows, n:],
             rates=back @ values[:n],
             values=values[self.rows],
-            mechanical=self._mechanical(point, A, B),
+            mechanical=mechanical,
             degrees_of_freedom=self._coordinates,
         )
 
@@ -259,14 +266,6 @@ class Linearizer:
         for place, entry in zip(kept.values(), found[count:], strict=True):
             result[place] = entry
         return found[:count][self.order], result
-
-    def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
-        if self._mass is None:
-            return None
-        n = self._coordinates
-        M, speeds = self._mass(point), slice(n, 2 * n)
-        K, C, S = (-M @ A[speeds, columns] for columns in (slice(n), speeds, slice(2 * n, None)))
-        return Mechanical(M, C=C, K=K, F=M @ B[speeds], S=S)
 
     def __repr__(self) -> str:
         return listing(

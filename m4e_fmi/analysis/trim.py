@@ -9,7 +9,7 @@ efforts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -62,8 +62,15 @@ def trimmed(
     other counts, RunError with the rest of each target if no such equilibrium is found.
     """
     program, model = program_and_model(system)
-    if of_laws := list(_of_laws(program, vary)):
-        raise InputError(of_laws)
+    laws = {part.name for part, _ in local_parts(program)}
+    known = {v.name for v in program.inputs}
+    for name in vary:
+        part, _, variable = name.partition(".")
+        if part in laws and name not in known:  # nothing says what it does
+            message = f"{program.name}: {name} cannot vary: {part} has no equations, from which "
+            message += f"the effect of {variable} would follow"
+            remedy = "vary another parameter, or try several start values of this one"
+            raise InputError.single(message, remedy)
     targets = observed(program, list(such_that)).outputs
     varied = causes(program, vary, states=False)
     problems = []
@@ -81,19 +88,6 @@ def trimmed(
     start = operating_point(program, at, time=time, model=model)
     limits = [(v.minimum, v.maximum) for v in varied]
     return search.held(start, limits) or search.found(start, limits)
-
-
-def _of_laws(program: Program, vary: Sequence[str]) -> Iterator[Problem]:
-    """Problems of names in parts whose equations hold about a point: nothing says what they do."""
-    laws = {part.name for part, _ in local_parts(program)}
-    known = {v.name for v in program.inputs}
-    for name in vary:
-        part, _, variable = name.partition(".")
-        if part in laws and name not in known:
-            message = f"{program.name}: {name} cannot vary: {part} has no equations, from which "
-            message += f"the effect of {variable} would follow"
-            remedy = "vary another parameter, or try several start values of this one"
-            yield Problem(message, remedy)
 
 
 class _Search:

@@ -1,10 +1,10 @@
-"""The result of a study as one labelled data set, and its files."""
+"""`Work`, the runs of a study as `run` needs them, and their result: one labelled data set."""
 
 from __future__ import annotations
 
 import csv
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,8 +14,8 @@ import numpy as np
 
 import m4e_fmi
 from m4e_fmi.files.writing import written
+from m4e_fmi.report.run_report.record import InputFile
 from m4e_fmi.study.given.grid import Grid
-from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.record import Record
 from m4e_fmi.threads import PROCESS
@@ -35,6 +35,40 @@ class Labels:
 
     varied: Mapping[str, Label] = field(default_factory=dict)
     variables: Mapping[str, Label] = field(default_factory=dict)
+
+
+Batch = Mapping[int, Record]
+Make = Callable[[Sequence[int]], Generator[Batch]]
+
+
+@dataclass(frozen=True)
+class Work:
+    """The runs of a `study`: the `keys` of what each follows from, and how they are made.
+
+    Both have an entry for each point of the grid, "" and nan for those that are not run. `start_up`
+    (n_points,) [s] is the time from which on rows count. `inputs` are files as they are before the
+    first run. `records` makes the runs of some numbers.
+    `rows` tells which rows statistics are of.
+    """
+
+    study: Study
+    keys: Sequence[str] = field(repr=False)
+    start_up: Sequence[float] = field(repr=False)
+    labels: Labels = field(repr=False)
+    inputs: Sequence[InputFile] = field(repr=False)
+    warnings: Mapping[str, int]
+    notes: Sequence[str]
+    records: Make = field(repr=False)
+    rows: str
+
+
+def rows_text(intervals: Sequence[float | None]) -> str:
+    """Where the rows of runs are, which have these intervals [s] between them (None: none)."""
+    known = [one for one in intervals if one is not None]
+    if not known:
+        return "at all communication points"
+    low, high = min(known), max(known)
+    return f"every {low:g} s" if low == high else f"every {low:g} to {high:g} s"
 
 
 def dataset(
@@ -75,26 +109,32 @@ def dataset(
             **{name: _valid(text) for name, text in attributes.items()},
         },
     )
-    numbers = {
-        "coupling_error": (
+    for name, values, unit, text in (
+        (
+            "coupling_error",
+            [r.coupling_error for r in records],
             "1",
             "largest estimated coupling error over the range",
-            "coupling_error",
         ),
-        "wall_time": ("s", "time that the run took", "wall_time"),
-    }
-    for name, (unit, text, key) in numbers.items():
-        values = np.array([getattr(r, key) for r in records], dtype=float).reshape(shape)
-        found[name] = _variable(names, values, unit, text)
-    first = np.array(start_up, dtype=float).reshape(shape)
-    found["start_up"] = _variable(names, first, "s", "rows from this time on count in statistics")
+        ("wall_time", [r.wall_time for r in records], "s", "time that the run took"),
+        ("start_up", start_up, "s", "rows from this time on count in statistics"),
+    ):
+        found[name] = _variable(names, np.array(values, dtype=float).reshape(shape), unit, text)
     failures = np.array([_valid(r.failure) for r in records], dtype=object).reshape(shape)
     found["failure"] = (names, failures, {"long_name": "why the run failed; empty if it did not"})
     if grid.not_run:
         text = "False of what has no probability and is not run"
         found["is_run"] = (names, grid.is_run, {"long_name": text})
-    if weighted := _probability(grid):
-        found["probability"] = _variable(*weighted, "1", "probability of a sea state or case")
+    weighted, shares = list[str](), np.ones(())
+    if grid.probability:
+        weighted, shares = [*grid.probability[0]], grid.probability[1]
+    for axis in grid.axes:  # independent of the sea states of a scatter diagram
+        if axis.weights is not None:
+            weighted.append(axis.name)
+            shares = np.multiply.outer(shares, np.array(axis.weights))
+    if weighted:
+        text = "probability of a sea state or case"
+        found["probability"] = _variable(weighted, shares, "1", text)
     _add_series(found, study, records, labels)
     return found
 
@@ -102,20 +142,6 @@ def dataset(
 def _valid(text: str) -> str:
     """The text as a file takes it: without what stands for bytes of odd file names."""
     return text.encode("utf-8", "replace").decode("utf-8")
-
-
-def _probability(grid: Grid) -> tuple[list[str], np.ndarray] | None:
-    """Dimensions that have probabilities, and their product [1]; None if none has.
-
-    Sea states of a scatter diagram and cases of a table are independent of each other.
-    """
-    names, shares = list[str](), np.ones(())
-    if grid.probability:
-        names, shares = [*grid.probability[0]], grid.probability[1]
-    for axis in grid.axes:
-        if axis.weights is not None:
-            names, shares = [*names, axis.name], np.multiply.outer(shares, np.array(axis.weights))
-    return (names, shares) if names else None
 
 
 def _variable(
@@ -131,22 +157,18 @@ def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple[object, ...]]:
             numbers = np.arange(1, len(axis) + 1)
             found[axis.name] = ((axis.name,), numbers, {"long_name": f"number of the {axis.name}"})
         for k, varied in enumerate(axis.varied):
-            unit, text = labels.varied.get(varied.targets[0], ("", ""))
+            unit, text = labels.varied.get(varied.targets[0], (varied.unit, ""))
             told = {
                 "long_name": text or ", ".join(varied.targets),
                 "name": ", ".join(varied.targets),
             }
             name = axis.name if len(axis.varied) == 1 else varied.name
-            values = _coordinate([point[k] for point in axis.points])
+            values = np.array([point[k] for point in axis.points])
+            if values.dtype.kind == "O":  # whole numbers that files do not have
+                values = values.astype(float)
             units = {"units": unit} if unit and values.dtype.kind in "iuf" else {}
             found[name] = ((axis.name,), values, {**units, **told})
     return found
-
-
-def _coordinate(values: Sequence[Scalar]) -> np.ndarray:
-    """The `values` (n,) of a coordinate; whole numbers that files do not have as floats."""
-    found = np.array(values)
-    return found.astype(float) if found.dtype.kind == "O" else found
 
 
 def _add_series(

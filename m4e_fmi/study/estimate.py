@@ -7,6 +7,7 @@ from pathlib import Path
 
 from m4e_fmi.cosim.preparation.components import silent
 from m4e_fmi.files.locks import TemporaryFolder
+from m4e_fmi.study.dataset import Work
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.names import Named
 from m4e_fmi.study.programs.plan import ProgramPlan
@@ -14,7 +15,6 @@ from m4e_fmi.study.record import Store
 from m4e_fmi.study.run import STORE
 from m4e_fmi.study.shown.warnings import warning_lines
 from m4e_fmi.study.systems.plan import SystemPlan
-from m4e_fmi.study.work import Work
 
 MOST_TOLD = 12
 """FMUs that are named."""

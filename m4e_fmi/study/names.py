@@ -1,25 +1,42 @@
-"""The names of a study compared with what it runs: targets, values in their units, problems."""
+"""The names of a study compared with what it runs: targets, values in their units, problems.
+
+A study runs a `SystemOfStudy` or a `ProgramOfStudy`, by which its names and values are judged.
+Their `settings` are the names of settings that may be varied; `target` gives the meaning of another
+varied name, and `check_…` raise an InputError for what is wrong, whose problems need no place.
+"""
 
 from __future__ import annotations
 
 import re
-from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
-from m4e_fmi.cosim.system.component import ModelFile
-from m4e_fmi.cosim.system.simulation import TOLERANCES
+from m4e_fmi.cosim.composition.compose import system_program
+from m4e_fmi.cosim.preparation.components import expected_descriptions
+from m4e_fmi.cosim.system.component import Component, ModelFile
+from m4e_fmi.cosim.system.simulation import CHECKPOINTS, SETTINGS, TOLERANCES
+from m4e_fmi.cosim.system.start_values import single_problems
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.document import Location
+from m4e_fmi.cosim.system_file import load_system, read_system
+from m4e_fmi.cosim.wiring.prepared import chosen
+from m4e_fmi.errors import InputError, Problem, UnknownNameError, suggestion
+from m4e_fmi.files.document import Document, Location
+from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.model import Model, load_model
+from m4e_fmi.model.yaml import model_of
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program
+from m4e_fmi.simulate import started
 from m4e_fmi.study.given.grid import Varied
 from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.given.study import STOP_TIME, Study
+from m4e_fmi.study.programs import settings as program_settings
+from m4e_fmi.study.systems.variants import starts_of
 from m4e_fmi.study.targets import (
     SIMULATION,
     KeyTarget,
@@ -27,36 +44,160 @@ from m4e_fmi.study.targets import (
     StartTarget,
     Target,
     Targets,
+    is_there,
+    location_of,
+    system_target,
+    with_values,
 )
 from m4e_fmi.units import number_in, parse_unit
 
+Value = TypeVar("Value")
 RENAME = "convert the column if need be, and leave the unit out of its name"
 
 
-class Runnable(ABC):
-    """A system or a program that a study runs, by which its names and values are judged.
+def changed(system: System, settings: Mapping[str, object]) -> System:
+    """The system with other settings of its simulation; InputError if they do not fit."""
+    if odd := settings.keys() & {"start", "origin"}:
+        raise InputError.single(f"the simulation has no setting {min(odd)!r}")
+    return system.changed(origin="study", **settings)  # pyrefly: ignore[bad-argument-type]
 
-    Each method raises an InputError for what is wrong; its problems need no place. `settings` are
-    the names of settings that may be varied.
+
+class SystemOfStudy:
+    """The `system` of a study with what holds for all runs, as far as that fits.
+
+    `descriptions` are those that its FMUs have or will have.
     """
 
-    settings: Sequence[str]
+    settings = tuple(key for key in SETTINGS if key not in CHECKPOINTS)
 
-    @abstractmethod
+    def __init__(self, study: Study) -> None:
+        self._given = self.system = load_system(study.source)
+        if not study.composed:
+            with suppress(InputError):
+                self.system = changed(self.system, study.simulation)
+        with suppress(InputError):
+            self.system = self.system.changed(start=study.start, origin="study")
+        self.descriptions = expected_descriptions(self.system)
+        self._components = {one.name: one for one in self.system.components}
+
     def target(self, name: str) -> Target:
         """The meaning of a varied name that is no setting."""
+        return system_target(self.system, self.descriptions, name)
 
-    @abstractmethod
     def check_settings(self, given: Mapping[str, Scalar]) -> None:
-        """Settings of a run, together."""
+        """Settings of all runs, together."""
+        changed(self._given, given)
 
-    @abstractmethod
     def check_start(self, name: str, value: Scalar) -> None:
         """A start value by the whole name of its variable."""
+        component, _, variable = name.partition(".")
+        self.system.changed(start={name: value}, origin="study")
+        if component in self.descriptions:
+            part = Component(component, self._components[component].source, {variable: value})
+            found = single_problems(self.system, part, self.descriptions[component])
+            InputError.raise_for(found)
 
-    @abstractmethod
     def check_variable(self, name: str) -> None:
         """A variable whose series or statistic is wanted."""
+        members = chosen(self.descriptions, [name])
+        found = [v for one in members.values() for v in one]
+        if len(found) != 1:
+            message = f"{name} stands for {len(found)} variables"
+            raise InputError.single(message, "name one of them")
+        if found[0].type not in ("Real", "Integer", "Enumeration", "Boolean"):
+            message = f"{name} is of type {found[0].type}, of which there are no statistics"
+            raise InputError.single(message)
+
+    def variable(self, name: str) -> Variable:
+        """The variable ``component.variable``."""
+        component, _, variable = name.partition(".")
+        return self.descriptions[component].variables[variable]
+
+
+class ProgramOfStudy:
+    """The `program` of a study, of a `model` or of a composed system, as its file has it."""
+
+    settings = program_settings.SETTINGS
+
+    def __init__(self, study: Study, tell: Callable[[str], None]) -> None:
+        self._study, self._tell = study, tell
+        self.system = SystemOfStudy(study) if study.composed else None
+        self._file = None if study.source.suffix == ".urdf" else Document.load(study.source)
+        self._model = None if study.composed else load_model(study.source)
+        for warning in self._model.warnings if self._model else ():
+            tell(f"warning: {warning}")
+        self.program, self.model = self.made({})
+        self._known = {v.name: v for v in starts_of(self.program)}
+
+    def made(self, values: Mapping[KeyTarget, object]) -> tuple[Program, Model | None]:
+        """The program with other values of keys of the file, and its model, if it is of one.
+
+        InputError for values that the file cannot have.
+        """
+        model, file = self._model, self._file
+        if values and file is not None:
+            above = ("components",) if model is None else ()
+            places: dict[Location, object] = {
+                (*above, *filter(None, (t.component,)), *t.keys): v for t, v in values.items()
+            }
+            file = file.with_data(with_values(file.data, places))
+        if model is None:
+            assert file is not None
+            system = read_system(file) if values else load_system(self._study.source)
+            return system_program(system, tell=self._tell), None
+        if values and file is not None:
+            model = model_of(file)
+        inputs = {*self._study.grid.places, *self._study.start}
+        return model_program(model, inputs=tuple(inputs)), model
+
+    def target(self, name: str) -> Target:
+        """The meaning of a varied name that is no setting."""
+        if self.system is not None:
+            found = system_target(self.system.system, self.system.descriptions, name)
+            if isinstance(found, StartTarget) and found.whole not in self._known:
+                message = f"{name} takes no start value: a connection gives it its value"
+                raise InputError.single(message)
+            return found
+        if name in self._known:
+            return StartTarget("", name, self._known[name].unit, self._known[name].description)
+        data = self._file.data if self._file is not None else {}
+        if "bodies" in data and is_there(data, location_of(name)):
+            return KeyTarget("", location_of(name))
+        message = f"the model has no parameter, start value or key {name!r}"
+        raise InputError.single(message, suggestion(name, self._known, "start values"))
+
+    def check_settings(self, given: Mapping[str, Scalar]) -> None:
+        """Settings of all runs, together."""
+        program_settings.checked_settings(given)
+        if "stop_time" not in given and STOP_TIME not in self._study.grid.places:
+            remedy = "write simulation: {stop_time: 10}"
+            raise InputError.single("the study has no stop_time", remedy)
+
+    def check_start(self, name: str, value: Scalar) -> None:
+        """A start value by the whole name of its variable."""
+        if name not in self._known:
+            try:
+                started(self.program, {name: value}, self.model)
+            except UnknownNameError:
+                raise
+            except InputError:  # of an attitude: told with all start values
+                pass
+            return
+        one = self._known[name]
+        try:
+            number = number_in(one.unit, value)
+        except ValueError as error:
+            raise InputError.single(f"{name}: {error}") from None
+        if not one.minimum <= number <= one.maximum:
+            limits = f"is outside its range from {one.minimum:g} to {one.maximum:g}"
+            raise InputError.single(f"{name} = {number:g} {limits}")
+
+    def check_variable(self, name: str) -> None:
+        """A variable whose series or statistic is wanted: a state, an output or a work."""
+        known = {v.name for v in (*self.program.states, *self.program.outputs)}
+        known |= {f"{n.removesuffix('.power')}.work" for n in known if n.endswith(".power")}
+        if name not in known:
+            raise InputError.single(f"there is no variable {name!r}", suggestion(name, known))
 
 
 @dataclass(frozen=True)
@@ -66,8 +207,8 @@ class Named:
     study: Study
     targets: Targets
 
-    def settings(self, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
-        """Varied settings, of the values by name of a run."""
+    def settings(self, values: Mapping[str, Value]) -> dict[str, Value]:
+        """Varied settings, of the values by name of a run, or of all."""
         return {t.key: values[n] for n, t in self.targets.items() if isinstance(t, SettingTarget)}
 
     def keys(self, component: str) -> dict[str, Location]:
@@ -84,7 +225,7 @@ class Named:
         return {n: t for n, t in self.targets.items() if isinstance(t, StartTarget)}
 
 
-def named(study: Study, of: Runnable) -> Named:
+def named(study: Study, of: SystemOfStudy | ProgramOfStudy) -> Named:
     """The study with its names resolved; InputError with all problems of names and of values."""
 
     def wrong(at: Location, check: Callable[..., object], *values: object) -> list[Problem]:
@@ -244,3 +385,11 @@ def system_problems(named: Named, system: System) -> Iterator[Problem]:
         ]
         names = [*(t.variable for t in varied.values()), *fixed]
         yield from model_problems(model, names, np.array(rows))
+
+
+def named_system(study: Study) -> tuple[Named, SystemOfStudy]:
+    """A study of a system with its names resolved, and the system; InputError with all problems."""
+    of = SystemOfStudy(study)
+    found = named(study, of)
+    InputError.raise_for(dict.fromkeys(system_problems(found, of.system)))
+    return found, of

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -97,8 +97,6 @@ def record_of(
 
 _PATIENCE = 60.0
 """Seconds that another study may take to write."""
-_MOST_ASKED = 500
-"""Keys in one question."""
 _NO_WRITING = (
     sqlite3.SQLITE_FULL,
     sqlite3.SQLITE_IOERR,
@@ -150,13 +148,10 @@ class Store:
         """The records that are there, by key."""
         records: dict[str, Record] = {}
         with self._errors():
-            for first in range(0, len(keys), _MOST_ASKED):
-                part = keys[first : first + _MOST_ASKED]
-                marks = ", ".join("?" * len(part))
-                rows = self._base.execute(
-                    f"SELECT key, head, block FROM runs WHERE key IN ({marks})", part
-                )
-                records |= {key: Record.of(head, block) for key, head, block in rows}
+            for key in keys:
+                question = "SELECT head, block FROM runs WHERE key = ?"
+                for head, block in self._base.execute(question, (key,)):
+                    records[key] = Record.of(head, block)
         return records
 
     def keep(self, records: Mapping[str, Record], *, again: bool = False) -> None:
@@ -167,18 +162,10 @@ class Store:
         rows = [(k, r.head(), r.block()) for k, r in records.items() if not r.failure]
         if not rows:
             return
-        with self._errors():
+        instead = "REPLACE" if again else "IGNORE"
+        with self._errors(), self._base:  # which commits, or rolls back
             self._base.execute("BEGIN IMMEDIATE")
-            try:
-                self._write(rows, "REPLACE" if again else "IGNORE")
-            except BaseException:
-                if self._base.in_transaction:  # SQLite ends it itself where a disk is full
-                    self._base.execute("ROLLBACK")
-                raise
-            self._base.execute("COMMIT")
-
-    def _write(self, rows: Iterable[tuple[str, str, bytes]], instead: str) -> None:
-        self._base.executemany(f"INSERT OR {instead} INTO runs VALUES (?, ?, ?)", rows)
+            self._base.executemany(f"INSERT OR {instead} INTO runs VALUES (?, ?, ?)", rows)
 
     @contextmanager
     def _errors(self) -> Generator[None]:

@@ -16,7 +16,7 @@ from m4e_fmi.cosim.preparation.components import silent
 from m4e_fmi.files.locks import TemporaryFolder, claimed
 from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.signals import Terminated
-from m4e_fmi.study.dataset import dataset, write_dataset
+from m4e_fmi.study.dataset import Work, dataset, write_dataset
 from m4e_fmi.study.given.study import Study, load_study
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.record import Record, Store
@@ -25,7 +25,6 @@ from m4e_fmi.study.shown.warnings import WARNING, told_once
 from m4e_fmi.study.start_up import DEFAULT
 from m4e_fmi.study.systems.execution import cores, performing
 from m4e_fmi.study.systems.plan import SystemPlan
-from m4e_fmi.study.work import Work
 
 if TYPE_CHECKING:
     import xarray
@@ -112,7 +111,10 @@ def run_study(
 
 def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None) -> StudyOutcome:
     """The study with the record of each point, of which so many runs were kept."""
-    study, warnings = work.study, _warnings(work.warnings, records)
+    study, warnings = work.study, dict(work.warnings)
+    for one in records:
+        for line in _lines(one):
+            warnings[line] = warnings.get(line, 0) + 1
     notes = (*work.notes, *(one.text for one in study.grid.not_run))
     record = carried_record(
         study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
@@ -164,15 +166,6 @@ def _records(
         error.add_note(told)
         raise
     return [by_key.get(key, NO_RUN) for key in keys], kept
-
-
-def _warnings(prepared: Mapping[str, int], records: Sequence[Record]) -> dict[str, int]:
-    """Warnings of preparation and of runs, each with the number of runs that have it."""
-    found = dict(prepared)
-    for record in records:
-        for line in _lines(record):
-            found[line] = found.get(line, 0) + 1
-    return found
 
 
 def _lines(record: Record) -> Iterator[str]:

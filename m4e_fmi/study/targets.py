@@ -96,8 +96,8 @@ def system_target(system: System, descriptions: Mapping[str, Description], name:
         config = kind_of(source.name).config
         if str(keys[-1]) in keys_at(config, keys[:-1]) and types_at(config, keys):
             return KeyTarget(component, keys)
-    known = [n for n in _leaves(data) if location_of(n)[0] not in FIXED] if data else []
-    remedy = suggestion(rest, dict.fromkeys([*settable, *known]), "names")
+    known = [*settable, *(key for key in data if key not in FIXED)]
+    remedy = suggestion(rest, dict.fromkeys(known), "names")
     message = f"{name}: {component} has no key and no start value {rest!r}"
     raise InputError.single(message, remedy)
 
@@ -126,22 +126,10 @@ def is_there(data: object, keys: Location) -> bool:
     return not isinstance(data, (dict, list))
 
 
-def _leaves(data: object, prefix: str = "") -> list[str]:
-    """Dotted names of all values in nested data."""
-    if isinstance(data, dict):
-        return [name for key, value in data.items() for name in _leaves(value, f"{prefix}{key}.")]
-    if isinstance(data, list):
-        here = prefix.removesuffix(".")
-        return [
-            name for k, value in enumerate(data) for name in _leaves(value, f"{here}[{k + 1}].")
-        ]
-    return [prefix.removesuffix(".")]
-
-
 def with_values(data: Data, values: Mapping[Location, object]) -> Data:
     """A copy of nested data with other values at some locations; sections that lack are made.
 
-    ValueError for a location that leads through a value.
+    InputError for a location that leads through a value.
     """
     result = copy.deepcopy(data)
     for location, value in values.items():
@@ -151,5 +139,5 @@ def with_values(data: Data, values: Mapping[Location, object]) -> Data:
                 at = at.setdefault(key, {}) if isinstance(at, dict) else at[key]
             at[location[-1]] = value
         except (IndexError, TypeError):
-            raise ValueError(f"{'.'.join(map(str, location))} leads through a value") from None
+            raise InputError.single(f"{dotted(location)} leads through a value") from None
     return result

@@ -129,7 +129,12 @@ def _interpolated(
     linear = x[near] + part * (x[near + 1] - x[near])
     if len(t) < 5:
         return linear, np.zeros(len(at), bool), 0.0
-    miss_cubic, miss_linear = _misses(t, x)
+    # how far rows 2 … n − 3 are from the cubic and the line through their neighbours, (n − 4,)
+    inner = np.arange(2, len(t) - 2)
+    four = inner[:, None] + np.array([-2, -1, 1, 2])
+    two = four[:, 1:3]
+    miss_cubic = np.abs(x[inner] - _lagrange(t[four], x[four], t[inner]))
+    miss_linear = np.abs(x[inner] - _lagrange(t[two], x[two], t[inner]))
     smooth_row = np.zeros(len(t), bool)
     smooth_row[2:-2] = miss_cubic <= miss_linear + ROUNDING * np.ptp(x)
     smooth_row[:2], smooth_row[-2:] = smooth_row[2], smooth_row[-3]
@@ -140,15 +145,6 @@ def _interpolated(
     middle = np.clip(near, 2, len(t) - 3) - 2
     errors = np.where(smooth, CUBIC * miss_cubic[middle], LINEAR * miss_linear[middle])
     return np.where(smooth, cubic, linear), smooth, float(np.sqrt(np.mean(errors**2)))
-
-
-def _misses(t: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """How far rows 2 … n − 3 are from the cubic and the line through their neighbours, (n − 4,)."""
-    rows = np.arange(2, len(t) - 2)
-    four = rows[:, None] + np.array([-2, -1, 1, 2])
-    cubic = _lagrange(t[four], x[four], t[rows])
-    linear = _lagrange(t[four[:, 1:3]], x[four[:, 1:3]], t[rows])
-    return np.abs(x[rows] - cubic), np.abs(x[rows] - linear)
 
 
 def _lagrange(t: Floats, x: Floats, at: Floats) -> Floats:

@@ -24,10 +24,6 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.results.compared_file import ComparedFile, TableVariable, doubts, read_compared
 from m4e_fmi.results.results_file import NETCDF, Results
 
-MOSTLY_OFFSET = 0.2
-"""RMS difference without its mean over that with it, below which a note says so."""
-ROUNDING = 1e-9
-"""RMS difference over its divisor up to which nothing is said of it."""
 SMALL_PART = 0.05
 """Part of a reference that may be lacking, if that is less than two of its steps."""
 _MOST_NAMED = 5
@@ -204,11 +200,6 @@ def _grouped_notes(found: Mapping[str, Difference]) -> list[str]:
             texts.append(f"{one.left_out} rows left out, as one of the files has a gap there")
         if one.lacking:
             texts.append(f"no finite value in {one.lacking} rows in which the reference has one")
-        if one.rms_beside_offset < MOSTLY_OFFSET * one.rms and one.rms_share > ROUNDING:
-            texts.append(
-                f"differs by {one.offset:.6g} {one.unit} in the mean, and by "
-                f"{one.rms_beside_offset:.4g} (RMS) without that: is its origin another one?"
-            )
         if not len(one.time):
             texts.append("no rows in common")
         for text in texts:

@@ -75,6 +75,8 @@ def phase(time: Floats, values: Floats, reference: Floats) -> Phase:
     Both are in one unit. By least squares of a + b cos ωt + c sin ωt with the weights of a Hann
     window; ω is where the reference has most of its energy. Exact for sines.
     """
+    from scipy.optimize import minimize_scalar
+
     if is_constant(reference):
         return Phase(reason="the reference is constant")
     try:
@@ -82,12 +84,23 @@ def phase(time: Floats, values: Floats, reference: Floats) -> Phase:
     except UndefinedError as error:
         return Phase(reason=str(error))
     span = float(time[-1] - time[0])
-    omega, window = _dominant(step, even), _hann(time)
+    even = (even - even.mean()) * _hann(np.arange(len(even), dtype=float))
+    lines = np.abs(np.fft.rfft(even, 4 * len(even)))
+    lines[:4] = 0.0  # up to a period in the record: the mean and a drift
+    omega = 2.0 * math.pi * int(np.argmax(lines)) / (4 * len(even) * step)
+    window = _hann(time)
     if omega * span < 2.0 * math.pi * LEAST_PERIODS:
         return Phase(reason=f"fewer than {LEAST_PERIODS:g} periods of the dominant frequency")
     every = max(1, int(2.0 * math.pi / (omega * step * ROWS_PER_PERIOD)))
     some = slice(None, None, every)
-    omega = _refined(omega, math.pi / span, time[some], reference[some], window[some])
+    width = math.pi / span
+    found = minimize_scalar(
+        lambda w: _fitted(w, time[some], reference[some], window[some])[1],
+        bounds=(omega - width, omega + width),
+        method="bounded",
+        options={"xatol": 1e-8 * omega},
+    )
+    omega = float(found.x)
     of_reference, left = _fitted(omega, time, reference, window)
     of_values, _ = _fitted(omega, time, values, window)
     ratio = of_values / of_reference
@@ -101,27 +114,6 @@ def phase(time: Floats, values: Floats, reference: Floats) -> Phase:
 
 def _hann(time: Floats) -> Floats:
     return 0.5 - 0.5 * np.cos(2.0 * np.pi * (time - time[0]) / (time[-1] - time[0]))
-
-
-def _dominant(step: float, even: Floats) -> float:
-    """Frequency [rad/s] of the highest line but the mean's, of rows in equal steps [s]."""
-    even = (even - even.mean()) * _hann(np.arange(len(even), dtype=float))
-    lines = np.abs(np.fft.rfft(even, 4 * len(even)))
-    lines[:4] = 0.0  # up to a period in the record: the mean and a drift
-    return 2.0 * math.pi * int(np.argmax(lines)) / (4 * len(even) * step)
-
-
-def _refined(omega: float, width: float, time: Floats, values: Floats, window: Floats) -> float:
-    """The frequency [rad/s] within `width` of one at which a sine leaves least of the values."""
-    from scipy.optimize import minimize_scalar
-
-    found = minimize_scalar(
-        lambda w: _fitted(w, time, values, window)[1],
-        bounds=(omega - width, omega + width),
-        method="bounded",
-        options={"xatol": 1e-8 * omega},
-    )
-    return float(found.x)
 
 
 def _fitted(omega: float, time: Floats, values: Floats, window: Floats) -> tuple[complex, float]:

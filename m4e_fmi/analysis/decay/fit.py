@@ -208,6 +208,10 @@ def fit_decay(
     width = AROUND * 2.0 * math.pi / shape.omega
     stop = part.rows.stop
     peaks = find_peaks(times[:stop], motions[:stop], least, width=width).after(t[0] - width)
+    # the change of rest over the window, from one step of a fit that has one
+    longer = np.column_stack([jacobian, (t - t.mean()) / np.ptp(t)])
+    change, *_ = np.linalg.lstsq(longer, residual)
+    drifts = _spread(longer, residual - longer @ change)
     return Decay(
         window=part.window,
         time=t,
@@ -217,7 +221,7 @@ def fit_decay(
         covariance=spread[np.ix_(OURS, OURS)] * np.outer(units, units),
         release=scale,
         peaks=peaks,
-        trend=_trend(t, jacobian, residual, scale),
+        trend=Estimate(scale * float(change[-1]), scale * math.sqrt(float(drifts[-1, -1]))),
     )
 
 
@@ -285,18 +289,6 @@ def _spread(jacobian: Floats, residual: Floats) -> Floats:
         return covariance(jacobian, residual)
     back = np.linalg.inv(np.linalg.qr(jacobian, mode="r"))
     return variance * back @ back.T
-
-
-def _trend(time: Floats, jacobian: Floats, residual: Floats, scale: float) -> Estimate:
-    """Change of rest over the window, with `scale` its unit, from one step of a fit that has one.
-
-    `jacobian` (n, m) and `residual` (n,) [1] are in units of the release, `time` (n,) in s.
-    """
-    drift = (time - time.mean()) / np.ptp(time)
-    longer = np.column_stack([jacobian, drift])
-    change, *_ = np.linalg.lstsq(longer, residual)
-    spread = _spread(longer, residual - longer @ change)
-    return Estimate(scale * float(change[-1]), scale * math.sqrt(float(spread[-1, -1])))
 
 
 def _inertia(mass: float, stiffness: float) -> Callable[[float], float]:

@@ -195,7 +195,11 @@ def part_of(time: Floats, values: Floats, start: float | None, end: float | None
     away = np.abs(peaks.values - rest)
     released = int(np.argmax(away >= ABOUT * away.max()))
     if start is None:
-        _check_decay(peaks, released, t, x)
+        after = len(peaks.time) - 1 - released
+        if after < 2 and released > 2:
+            raise _grows(float(peaks.time[0]), float(peaks.time[released]))
+        if after < 2:
+            raise _no_peaks(t, x, after)
         first = released + 1 if len(away) - released > 3 else released
         reason = "from the first peak after the release" if first > released else "from the release"
         begin = float(peaks.time[first])
@@ -233,16 +237,6 @@ def _rest(peaks: Peaks, values: Floats) -> float:
     if len(p) < 3:
         return float(np.mean(values[-max(1, len(values) // 10) :]))
     return float(0.25 * (p[-3] + 2.0 * p[-2] + p[-1]))
-
-
-def _check_decay(peaks: Peaks, released: int, time: Floats, values: Floats) -> None:
-    """InputError without two peaks after the release, with the reason; rows of `_no_peaks`."""
-    after = len(peaks.time) - 1 - released
-    if after >= 2:
-        return
-    if released > 2:
-        raise _grows(float(peaks.time[0]), float(peaks.time[released]))
-    raise _no_peaks(time, values, after)
 
 
 def _grows(start: float, end: float) -> InputError:

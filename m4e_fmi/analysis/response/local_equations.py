@@ -16,12 +16,9 @@ from numpy.typing import NDArray
 
 from m4e_fmi.analysis.attitudes import attitudes, rotated
 from m4e_fmi.analysis.linearization import Linearization, Linearizer
-from m4e_fmi.analysis.points import Floats, OperatingPoint
+from m4e_fmi.analysis.points import Evaluation, Floats, OperatingPoint
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
-from m4e_fmi.program.python_form import load_python
-from m4e_fmi.runtime.engine import Engine
-from m4e_fmi.runtime.library import library
 
 Complex = NDArray[np.complex128]
 
@@ -88,7 +85,7 @@ class LocalEquations:
         """Rates, then outputs (s, n + k), at `steps` (s, n) with inputs `forces` (s, m), in SI."""
         linear = self._linear
         states = self._moved(steps)
-        found = self._values.at(self.point, states, forces)
+        found = self._values.over(self.point, states, forces)
         full = len(linear.order)
         rates, outputs = found[:, :full], found[:, linear.rows]
         if self._attitudes:
@@ -104,11 +101,11 @@ class LocalEquations:
         """
         linear = self._linear
         states = self._moved(steps)
-        entries = self._entries.at(self.point, states, forces).astype(complex)
+        entries = self._entries.over(self.point, states, forces).astype(complex)
         if not self._attitudes:
             return np.array([self._matrix(row) for row in weights @ entries])
         full = len(linear.order)
-        rates = self._values.at(self.point, states, forces)[:, :full]
+        rates = self._values.over(self.point, states, forces)[:, :full]
         shape = (len(weights), self.n + len(self.outputs), self.n + len(self.inputs))
         found = np.zeros(shape, complex)
         for state, rate, row, weight in zip(states, rates, entries, weights.T, strict=True):
@@ -149,7 +146,7 @@ class LocalEquations:
         return dict(zip(names, self._moved(step[None])[0].tolist(), strict=True))
 
 
-class _Many:
+class _Many(Evaluation):
     """Outputs of a program for many rows of its states and of the inputs `names`."""
 
     def __init__(self, program: Program, names: Sequence[str]) -> None:
@@ -158,17 +155,16 @@ class _Many:
         self._kept = [k for k, v in enumerate(program.inputs) if v.name not in names]
         places = {v.name: k for k, v in enumerate(program.inputs)}
         self._moved = [places[name] for name in names]
-        program = replace(
-            program,
-            inputs=tuple(program.inputs[k] for k in self._kept),
-            states=(*program.states, *(moved[name] for name in names)),
-            rates=(*program.rates, *(zero for _ in names)),
+        super().__init__(
+            replace(
+                program,
+                inputs=tuple(program.inputs[k] for k in self._kept),
+                states=(*program.states, *(moved[name] for name in names)),
+                rates=(*program.rates, *(zero for _ in names)),
+            )
         )
-        compiled = library() is not None
-        self._engine = Engine(program) if compiled else None
-        self._form = None if compiled else load_python(program)
 
-    def at(self, point: OperatingPoint, states: Floats, forces: Floats) -> Floats:
+    def over(self, point: OperatingPoint, states: Floats, forces: Floats) -> Floats:
         """Outputs (s, outputs) for `states` (s, n), and `forces` (s, m) beside those of `point`."""
         forces, inputs = forces + point.inputs[self._moved], point.inputs[self._kept]
         rows = np.concatenate([states, forces], axis=1)

@@ -230,7 +230,14 @@ class _Motion:
         if curved:
             scaled = covariance[np.ix_(curved, curved)] / np.outer(self._scale, self._scale)
             inner = self._basis.T @ scaled @ self._basis
-            found[:, curved] = _with_covariance(self._normal, inner) @ self._basis.T * self._scale
+            scale = np.sqrt(np.maximum(inner.diagonal(), 0.0))
+            divisor = np.where(scale > 0, scale, 1.0)
+            values, vectors = np.linalg.eigh(inner / np.outer(divisor, divisor))
+            least = LEAST * values.max(initial=0.0)
+            roots = np.sqrt(np.where(values > least, np.maximum(values, 0), 0))
+            # the symmetric root: unlike eigenvectors it follows a covariance that changes little
+            factor = (vectors * roots) @ vectors.T * scale[:, None]
+            found[:, curved] = self._normal @ factor.T @ self._basis.T * self._scale
         return found[:, :n] + mean, found[:, n:]
 
 
@@ -268,14 +275,3 @@ def _normal_samples(count: int) -> Floats:
     both = np.concatenate([normal, -normal])
     square = both.T @ both / len(both)
     return np.asarray(np.linalg.solve(np.linalg.cholesky(square), both.T).T, dtype=float)
-
-
-def _with_covariance(normal: Floats, covariance: Floats) -> Floats:
-    """Samples (s, r) with a `covariance` (r, r), from normal ones."""
-    scale = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
-    divisor = np.where(scale > 0, scale, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(divisor, divisor))
-    roots = np.sqrt(np.where(values > LEAST * values.max(initial=0.0), np.maximum(values, 0), 0))
-    # the symmetric root: unlike eigenvectors it follows a covariance that changes little
-    factor = (vectors * roots) @ vectors.T * scale[:, None]
-    return normal @ factor.T

@@ -9,8 +9,6 @@ b = 1, cos hφ, sin hφ the derivatives of the balance are means of ∂f/∂x b_
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
@@ -43,25 +41,14 @@ _SIZE = len(_BASIS)
 _PRODUCTS: Complex = (_TESTS[:, None] * _BASIS[None]).reshape(-1, PHASES).astype(complex)
 
 
-@dataclass(frozen=True)
-class SteadyMotion:
-    """First harmonics per wave amplitude, of the states (n,) and of the outputs, `response` (k,).
-
-    `mean` (k,) of the outputs; `third` (k,), their third harmonic over the first [1]. `drift` names
-    a state whose mean rate nothing balances, "" if there is none.
-    """
-
-    states: Complex
-    response: Complex
-    mean: Floats
-    third: Floats
-    drift: str
-
-
 def steady_motion(
     local: LocalEquations, omega: float, forces: Complex, guess: Complex, amplitude: float
-) -> SteadyMotion:
+) -> tuple[Complex, Complex, Floats, Floats, str]:
     """The steady motion in waves of `omega` [rad/s] and `amplitude` [m].
+
+    Returns first harmonics per wave amplitude of the states (n,) and of the outputs (k,) [SI]; the
+    mean (k,) of the outputs, in their units, and their third harmonic over the first (k,) [1]; a
+    state whose mean rate nothing balances, "" if there is none.
 
     `forces` (m,) are the harmonics of the inputs and `guess` (n,) of the states, in SI, per m of
     amplitude. RunError if none is found.
@@ -79,12 +66,12 @@ def steady_motion(
     values = balance.values(x)
     outputs = values[:, local.n :]
     first, third = (2.0 / PHASES * (_FIRST**h @ outputs) for h in (1, 3))
-    return SteadyMotion(
-        states=(x[1] + 1j * x[2]) / amplitude,
-        response=first / amplitude,
-        mean=outputs.mean(axis=0),
-        third=np.abs(third) / np.maximum(np.abs(first), np.finfo(float).tiny),
-        drift=balance.drift(x),
+    return (
+        (x[1] + 1j * x[2]) / amplitude,
+        first / amplitude,
+        outputs.mean(axis=0),
+        np.abs(third) / np.maximum(np.abs(first), np.finfo(float).tiny),
+        adrift(LinearEquations.of(local), balance.rest(x)[0], local.states),
     )
 
 
@@ -142,11 +129,6 @@ class _Balance:
                     raise self._lost()
             x = ahead
         raise self._lost()
-
-    def drift(self, x: Floats) -> str:
-        """The state with the largest mean rate, if no change of states balances it."""
-        rest = LinearEquations.of(self.local)
-        return adrift(rest, self.rest(x)[0], self.local.states)
 
     def _lost(self) -> RunError:
         name, period = self.local.point.program.name, 2.0 * np.pi / self.omega

@@ -111,7 +111,11 @@ def wave_response(
     are not positive and unknown names, RunError where no steady motion is found; where one is found
     for other waves, nan and a note.
     """
-    omega = _frequencies(periods)
+    given_periods = np.atleast_1d(np.asarray(periods, dtype=float))
+    positive = np.isfinite(given_periods).all() and (given_periods > 0).all()
+    if given_periods.ndim != 1 or not (positive and given_periods.size):
+        raise InputError.single("wave periods must be positive numbers of seconds, at least one")
+    omega = 2.0 * np.pi / given_periods
     if not (np.isfinite(height) and height >= 0):
         raise InputError.single(f"the wave height must not be negative, got {height:g} m")
     given = waves.own_direction(point) if directions is None else directions
@@ -130,7 +134,15 @@ def wave_response(
     )
     notes = [*doubts(waves, local, float(omega.max()), small=height == 0), *told]
     if height:
-        notes += _breaking(waves, omega, height)
+        most = waves.breaking_heights(omega)
+        if (broken := np.flatnonzero(height > most)).size:
+            shown = ", ".join(f"{2.0 * np.pi / w:.4g}" for w in omega[broken])
+            lowest = broken[np.argmin(most[broken])]
+            notes.append(
+                f"waves of {height:.4g} m break at periods of {shown} s (at "
+                f"{2.0 * np.pi / omega[lowest]:.4g} s above {most[lowest]:.3g} m): there are no "
+                "such waves: take lower or longer ones"
+            )
         limits = Limits(waves, point)
         if limits.outputs:
             pairs = zip(states, forces, strict=True)
@@ -138,7 +150,14 @@ def wave_response(
             largest = np.nan_to_num(np.array(rows)).max(axis=(0, 1))
             notes += limits.passed(height / 2.0 * largest, "an amplitude of")
     third = np.where(_counts(local, values), third, 0.0)
-    notes += _third_harmonics(local, omega, third)
+    for j, v in enumerate(local.outputs):
+        largest = third[:, :, j].max(axis=0)
+        if largest.max(initial=0.0) > THIRD:
+            period = 2.0 * np.pi / omega[int(np.argmax(largest))]
+            notes.append(
+                f"third harmonic of {v.name}: up to {100 * largest.max():.2g} % of the first, at "
+                f"{period:.4g} s"
+            )
     return WaveResponse(
         point=point, omega=omega, directions=angles, height=height, outputs=local.outputs,
         values=values, means=means, third=third, states=states, notes=tuple(notes),
@@ -171,15 +190,14 @@ def _responses(
         d, k = place_of
         guess = states[place_of]
         try:
-            steady = steady_motion(local, float(omega[k]), forces[d][k], guess, amplitude)
+            found = steady_motion(local, float(omega[k]), forces[d][k], guess, amplitude)
         except RunError as error:
             failures.append(error)
             for part in (states, values, means):
                 part[place_of] = np.nan
             continue
-        states[place_of], values[place_of] = steady.states, steady.response
-        means[place_of], third[place_of] = steady.mean, steady.third
-        drifts |= {steady.drift: None} if steady.drift else {}
+        states[place_of], values[place_of], means[place_of], third[place_of], drift = found
+        drifts |= {drift: None} if drift else {}
     if failures and len(failures) == len(places):
         raise failures[0]
     notes = [str(error) for error in failures]
@@ -215,20 +233,6 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
         yield "small waves: drag and all that is not linear count as at rest"
 
 
-def _breaking(waves: InWaves, omega: Floats, height: float) -> Iterator[str]:
-    """A line on the waves of that height [m] that would break."""
-    most = waves.breaking_heights(omega)
-    broken = np.flatnonzero(height > most)
-    if broken.size:
-        periods = ", ".join(f"{2.0 * np.pi / w:.4g}" for w in omega[broken])
-        lowest = broken[np.argmin(most[broken])]
-        yield (
-            f"waves of {height:.4g} m break at periods of {periods} s (at "
-            f"{2.0 * np.pi / omega[lowest]:.4g} s above {most[lowest]:.3g} m): there are no such "
-            "waves: take lower or longer ones"
-        )
-
-
 def _settled(local: LocalEquations, *, small: bool) -> Iterator[str]:
     """Lines on components that take part by their law at rest, and on outputs of these."""
     names = [part.name for part, _ in local_parts(local.point.program)]
@@ -259,22 +263,3 @@ def _counts(local: LocalEquations, values: Complex) -> NDArray[np.bool_]:
             sizes[:, :, j] > COUNTS * sizes[:, :, alike].max(axis=2)
         )
     return found
-
-
-def _third_harmonics(local: LocalEquations, omega: Floats, third: Floats) -> Iterator[str]:
-    """A line for each output whose third harmonic is not small beside its first."""
-    for j, v in enumerate(local.outputs):
-        found = third[:, :, j]
-        if found.max(initial=0.0) > THIRD:
-            period = 2.0 * np.pi / omega[int(np.argmax(found.max(axis=0)))]
-            yield (
-                f"third harmonic of {v.name}: up to {100 * found.max():.2g} % of the first, at "
-                f"{period:.4g} s"
-            )
-
-
-def _frequencies(periods: ArrayLike) -> Floats:
-    found = np.atleast_1d(np.asarray(periods, dtype=float))
-    if found.ndim != 1 or not (np.isfinite(found).all() and (found > 0).all() and found.size):
-        raise InputError.single("wave periods must be positive numbers of seconds, at least one")
-    return 2.0 * np.pi / found

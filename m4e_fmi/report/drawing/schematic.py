@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.model import BodyForce, JointEffort, Model, PointForce
-from m4e_fmi.model.elements import gravity_of
+from m4e_fmi.model.groups import gravity_of
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program
 from m4e_fmi.report.animation.frames import Poses

@@ -103,7 +103,12 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
 
 def _named(made: Grid, taken: set[str], document: Document, problems: list[Problem]) -> Grid:
     """The grid with short names, which are none of those `taken`; adds to `problems`."""
-    named = _with_short_names(list(made.axes), taken)
+    short = _short_names([v.name for axis in made.axes for v in axis.varied], taken)
+    named = list[Axis]()
+    for axis in made.axes:
+        varied = tuple(replace(v, name=short[v.name]) for v in axis.varied)
+        name = varied[0].name if axis.name == axis.varied[0].name else axis.name
+        named.append(replace(axis, name=_plain(name), varied=varied))
     problems += [
         document.problem(at, f"a dimension or column cannot be called {name!r}",
                          "choose another name with 'as', or in 'wanted'")
@@ -114,12 +119,12 @@ def _named(made: Grid, taken: set[str], document: Document, problems: list[Probl
         document.problem(at, f"two dimensions or columns are called {name!r}", "choose with 'as'")
         for name, at in _repeated(_coordinates(named))
     ]
-    short = {old.name: new.name for old, new in zip(made.axes, named, strict=True)}
+    of_axes = {old.name: new.name for old, new in zip(made.axes, named, strict=True)}
     probability = made.probability
     if probability:
         (rows, columns), shares = probability
-        probability = (short[rows], short[columns]), shares
-    not_run = (replace(one, names=tuple(short[n] for n in one.names)) for one in made.not_run)
+        probability = (of_axes[rows], of_axes[columns]), shares
+    not_run = (replace(one, names=tuple(of_axes[n] for n in one.names)) for one in made.not_run)
     return Grid(tuple(named), probability, made.covered, tuple(not_run))
 
 
@@ -270,22 +275,7 @@ def _coordinates(axes: Sequence[Axis]) -> list[tuple[str, Location]]:
     return names + [(v.name, v.location) for a in axes if len(a.varied) > 1 for v in a.varied]
 
 
-def _with_short_names(axes: Sequence[Axis], taken: Collection[str]) -> list[Axis]:
-    """The same, with names as short as they are unique: the last segments of dotted ones.
-
-    Names that are `taken` are made longer.
-    """
-    full = [v.name for axis in axes for v in axis.varied]
-    short = short_names(full, taken)
-    result = []
-    for axis in axes:
-        varied = tuple(replace(v, name=short[v.name]) for v in axis.varied)
-        name = varied[0].name if axis.name == axis.varied[0].name else axis.name
-        result.append(replace(axis, name=_plain(name), varied=varied))
-    return result
-
-
-def short_names(full: Sequence[str], taken: Collection[str] = ()) -> Mapping[str, str]:
+def _short_names(full: Sequence[str], taken: Collection[str]) -> Mapping[str, str]:
     """For each dotted name the fewest last segments that no other one ends in, and none `taken`."""
     parts = {name: name.split(".") for name in full}
     found = dict[str, str]()

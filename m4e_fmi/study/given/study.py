@@ -69,32 +69,17 @@ def load_study(path: str | Path) -> Study:
 
     Names and values are compared with the system or the model when it runs.
     """
-    study, problems = read_study(path)
-    if problems or study is None:
-        raise InputError(dict.fromkeys(problems))
-    return study
-
-
-def read_study(path: str | Path) -> tuple[Study | None, list[Problem]]:
-    """The study in a YAML file and the problems of the file; with any, what is left of the study.
-
-    None if keys or values are wrong, or without a system or a model.
-    """
     document = Document.load(path)
-    try:
-        part = document.validate(StudySection)
-    except InputError as error:
-        return None, list(error.problems)
-    problems: list[Problem] = []
+    part, problems = document.validate(StudySection), list[Problem]()
     source = _source(part, document, problems)
     grid = grid_of(part, document, problems)
     wanted = _wanted(part, document, problems)
     if part.start_up is not None and part.start_up < 0.0:
         at = ("start_up", "@value")
         problems.append(document.problem(at, f"start_up {part.start_up:g} s is below 0"))
-    if source is None:
-        return None, problems
-    study = Study(
+    if problems or source is None:
+        raise InputError(dict.fromkeys(problems))
+    return Study(
         name=part.name,
         source=source,
         is_model=part.model is not None,
@@ -110,7 +95,6 @@ def read_study(path: str | Path) -> tuple[Study | None, list[Problem]]:
         document=document,
         text=Path(path).read_text("utf-8-sig"),
     )
-    return study, problems
 
 
 def _source(section: StudySection, document: Document, problems: list[Problem]) -> Path | None:

@@ -11,7 +11,7 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -28,13 +28,7 @@ COMPILING_PAYS = 1.0
 """Seconds of processor time that the interpreter would take for what is left of a group, from which
 on its program is compiled: both give the same bits."""
 
-Result = TypeVar("Result", covariant=True)
-
-
-class Make(Protocol[Result]):
-    """Makes some runs (n,) [1] of a group by one call of the library."""
-
-    def __call__(self, runs: np.ndarray, *, compiled: bool) -> Result: ...
+Result = TypeVar("Result")
 
 
 @dataclass
@@ -67,8 +61,13 @@ class Pace:
         self.compiled = self.compiled or self.left * self.each > COMPILING_PAYS
 
 
-def chunks(runs: np.ndarray, pace: Pace, make: Make[Result]) -> Iterator[Callable[[], Result]]:
-    """Calls that make parts of `runs` (n,) [1], each sized when it is asked for."""
+def chunks(
+    runs: np.ndarray, pace: Pace, make: Callable[[np.ndarray, bool], Result]
+) -> Iterator[Callable[[], Result]]:
+    """Calls that make parts of `runs` (n,) [1], each sized when it is asked for.
+
+    `make` makes some, by a program that is compiled or not.
+    """
     first = 0
     while first < len(runs):
         count = pace.next(len(runs) - first)
@@ -77,7 +76,7 @@ def chunks(runs: np.ndarray, pace: Pace, make: Make[Result]) -> Iterator[Callabl
 
         def timed(part: np.ndarray = part) -> Result:
             began, used = clock.perf_counter(), clock.thread_time()
-            made = make(part, compiled=pace.compiled)
+            made = make(part, pace.compiled)
             pace.took(len(part), clock.perf_counter() - began, clock.thread_time() - used)
             return made
 

@@ -1,4 +1,4 @@
-"""A study of one program with its names resolved: programs, and start values of all runs."""
+"""The runs of a study of one program: programs, and start values of all runs."""
 
 from __future__ import annotations
 
@@ -8,132 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from m4e_fmi.cosim.composition.compose import system_program
-from m4e_fmi.cosim.system_file import load_system, read_system
-from m4e_fmi.errors import InputError, Problem, UnknownNameError, suggestion
-from m4e_fmi.files.document import Document, Location
-from m4e_fmi.model import Model, load_model
-from m4e_fmi.model.yaml import model_of
-from m4e_fmi.multibody import model_program
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.model import Model
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.simulate import started
-from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.given.study import STOP_TIME, Study
-from m4e_fmi.study.names import Named, Runnable, model_problems, named, system_problems
-from m4e_fmi.study.programs.settings import SETTINGS, checked_settings
-from m4e_fmi.study.systems.names import SystemOfStudy
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.names import Named, ProgramOfStudy, model_problems, named, system_problems
 from m4e_fmi.study.systems.variants import Combination, bare_code, starts_of
-from m4e_fmi.study.targets import (
-    KeyTarget,
-    SettingTarget,
-    StartTarget,
-    Target,
-    is_there,
-    location_of,
-    system_target,
-    with_values,
-)
+from m4e_fmi.study.targets import KeyTarget
 from m4e_fmi.units import number_in
-
-
-class ProgramOfStudy(Runnable):
-    """The `program` of a study, of a `model` or of a composed system, as its file has it."""
-
-    settings = SETTINGS
-
-    def __init__(self, study: Study, tell: Callable[[str], None]) -> None:
-        self._study, self._tell = study, tell
-        self.system = SystemOfStudy(study) if study.composed else None
-        self._file = None if study.source.suffix == ".urdf" else Document.load(study.source)
-        self._model = None if study.composed else load_model(study.source)
-        for warning in self._model.warnings if self._model else ():
-            tell(f"warning: {warning}")
-        self.program, self.model = self.made({})
-        self._known = {v.name: v for v in starts_of(self.program)}
-
-    def made(self, values: Mapping[KeyTarget, object]) -> tuple[Program, Model | None]:
-        """The program with other values of keys of the file, and its model, if it is of one.
-
-        InputError for values that the file cannot have.
-        """
-        model, file = self._model, self._file
-        if values and file is not None:
-            above = ("components",) if model is None else ()
-            places: dict[Location, object] = {
-                (*above, *filter(None, (t.component,)), *t.keys): v for t, v in values.items()
-            }
-            file = file.with_data(with_values(file.data, places))
-        if model is None:
-            assert file is not None
-            system = read_system(file) if values else load_system(self._study.source)
-            return system_program(system, tell=self._tell), None
-        if values and file is not None:
-            model = model_of(file)
-        inputs = {*self._study.grid.places, *self._study.start}
-        return model_program(model, inputs=tuple(inputs)), model
-
-    @staticmethod
-    def started(study: Study, program: Program, model: Model | None, run: int) -> Program:
-        """The program with the start values of the study; checked with those of its first `run`.
-
-        Angles of attitudes among them become states. What varies keeps the program's value.
-        InputError for start values that do not fit together.
-        """
-        known, given = {v.name for v in starts_of(program)}, study.start
-        first = {n: v for n, v in study.grid.values(run).items() if n in known}
-        checked = started(program, {**first, **given}, model)
-        return program.with_start(
-            {v.name: v.start for v in starts_of(checked) if v.name in given or v.name not in first}
-        )
-
-    def target(self, name: str) -> Target:
-        """The meaning of a varied name that is no setting."""
-        if self.system is not None:
-            found = system_target(self.system.system, self.system.descriptions, name)
-            if isinstance(found, StartTarget) and found.whole not in self._known:
-                message = f"{name} takes no start value: a connection gives it its value"
-                raise InputError.single(message)
-            return found
-        if name in self._known:
-            return StartTarget("", name, self._known[name].unit, self._known[name].description)
-        data = self._file.data if self._file is not None else {}
-        if "bodies" in data and is_there(data, location_of(name)):
-            return KeyTarget("", location_of(name))
-        message = f"the model has no parameter, start value or key {name!r}"
-        raise InputError.single(message, suggestion(name, self._known, "start values"))
-
-    def check_settings(self, given: Mapping[str, Scalar]) -> None:
-        """Settings of all runs, together."""
-        checked_settings(given)
-        if "stop_time" not in given and STOP_TIME not in self._study.grid.places:
-            remedy = "write simulation: {stop_time: 10}"
-            raise InputError.single("the study has no stop_time", remedy)
-
-    def check_start(self, name: str, value: Scalar) -> None:
-        """A start value by the whole name of its variable."""
-        if name not in self._known:
-            try:
-                started(self.program, {name: value}, self.model)
-            except UnknownNameError:
-                raise
-            except InputError:  # of an attitude: told with all start values
-                pass
-            return
-        one = self._known[name]
-        try:
-            number = number_in(one.unit, value)
-        except ValueError as error:
-            raise InputError.single(f"{name}: {error}") from None
-        if not one.minimum <= number <= one.maximum:
-            limits = f"is outside its range from {one.minimum:g} to {one.maximum:g}"
-            raise InputError.single(f"{name} = {number:g} {limits}")
-
-    def check_variable(self, name: str) -> None:
-        """A variable whose series or statistic is wanted: a state, an output or a work."""
-        known = {v.name for v in (*self.program.states, *self.program.outputs)}
-        known |= {f"{n.removesuffix('.power')}.work" for n in known if n.endswith(".power")}
-        if name not in known:
-            raise InputError.single(f"there is no variable {name!r}", suggestion(name, known))
 
 
 @dataclass(frozen=True)
@@ -197,11 +80,7 @@ class ProgramRuns:
     @cached_property
     def settings(self) -> dict[str, np.ndarray]:
         """Values (n_points,) of the varied settings, as given in their units."""
-        return {
-            t.key: self.columns[n]
-            for n, t in self.named.targets.items()
-            if isinstance(t, SettingTarget)
-        }
+        return self.named.settings(self.columns)
 
     @cached_property
     def _starts(self) -> dict[str, np.ndarray]:
@@ -255,14 +134,21 @@ def program_runs(study: Study, *, tell: Callable[[str], None]) -> ProgramRuns:
     runs = ProgramRuns(named(study, program), of)
     versions: dict[str, Version] = {}
     problems: list[Problem] = []
-    for run in runs.named.study.grid.runs:
+    grid = runs.named.study.grid
+    for run in grid.runs:
         own = runs.combinations[run]
         if own in of:
             continue
         given = dict(zip(runs.keys.values(), own, strict=True))
         try:
             made, model = program.made(given) if given else (program.program, program.model)
-            made = program.started(runs.named.study, made, model, run)
+            # angles of attitudes become states; what varies keeps the program's value
+            known, stated = {v.name for v in starts_of(made)}, runs.named.study.start
+            first = {n: v for n, v in grid.values(run).items() if n in known}
+            checked = starts_of(started(made, {**first, **stated}, model))
+            made = made.with_start(
+                {v.name: v.start for v in checked if v.name in stated or v.name not in first}
+            )
         except InputError as error:
             told = ", ".join(f"{n} = {v}" for n, v in zip(runs.keys, own, strict=True))
             problems += [

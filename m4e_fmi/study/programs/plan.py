@@ -28,7 +28,7 @@ from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import output_times
-from m4e_fmi.study.dataset import Labels
+from m4e_fmi.study.dataset import Batch, Labels, Work, rows_text
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.names import setting_problems
@@ -39,7 +39,6 @@ from m4e_fmi.study.record import Record, record_of
 from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.shown.warnings import WARNING
 from m4e_fmi.study.start_up import first_time, ramp_warnings
-from m4e_fmi.study.work import Batch, Work, rows_text
 
 ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
 
@@ -157,7 +156,7 @@ class ProgramPlan:
             else:
                 yield from chunks(runs, Pace(jobs, len(runs)), partial(self._chunk, group))
 
-    def _chunk(self, group: RunGroup, runs: np.ndarray, *, compiled: bool) -> Batch:
+    def _chunk(self, group: RunGroup, runs: np.ndarray, compiled: bool) -> Batch:
         """Records of some runs by one call of the library."""
         began, version = clock.perf_counter(), group.version
         program, names = version.program, self._names

@@ -12,8 +12,6 @@ from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.report.result import StudyResult
 from m4e_fmi.study.shown.over_states import NO_MEAN, over_states
 
-MOST_ROWS = 200
-"""Designs of a table; the page's table of numbers has all."""
 MARK = " by state"
 PREFIXED = ("W", "N", "J", "Pa")
 """Units that get a prefix."""
@@ -74,11 +72,9 @@ def annual(result: StudyResult) -> str:
                 scale, prefix = scale_of(values.largest) if unit in PREFIXED else (1.0, "")
                 rows.append((*labels, name, told, values.scaled(scale).cell(place), prefix + unit))
     caption = f"Sum of all probabilities: {float(np.nansum(states.shares)):.6g}."
-    if len(rows) > MOST_ROWS:
-        caption += f" The first {MOST_ROWS} rows."
     heads = [*(one.name for one in others), "quantity", "over all states", "value", "unit"]
     text = "With seeds ± 95 % confidence: of sums by those of each seed, which all states share."
-    body = table(caption, heads, rows[:MOST_ROWS], texts=len(heads) - 2)
+    body = table(caption, heads, rows, texts=len(heads) - 2)
     return paragraph(text, "note") + body
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
@@ -80,7 +78,7 @@ def _times(seconds: np.ndarray) -> str:
 
 
 def _failures(result: StudyResult) -> str:
-    """Failed runs with their reasons, and how often each reason occurs if many failed."""
+    """Failed runs with their reasons."""
     failed = result.failed
     if not len(failed):
         return ""
@@ -88,10 +86,7 @@ def _failures(result: StudyResult) -> str:
     rows = [(result.grid.label(int(run)), str(reasons[run])) for run in failed[:MOST_TOLD]]
     text = table("Runs without a result, and why", ("run", "reason"), rows, texts=2)
     if len(failed) > MOST_TOLD:
-        counts = Counter(str(reasons[run]) for run in failed).most_common(MOST_TOLD)
         text += paragraph(f"{len(failed) - MOST_TOLD:,} more: the table of numbers has all.")
-        told = [(reason, f"{count:,}") for reason, count in counts]
-        text += table("Most frequent reasons", ("reason", "runs"), told)
     return f"<h3>Failed runs</h3>{text}"
 
 

@@ -17,12 +17,10 @@ from m4e_fmi.study.shown.summary import shown_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+BINS = 20
+"""Bars of a histogram."""
 MOST_WRITTEN = 120
 """Cells of a map whose numbers are written."""
-MOST_BINS = 40
-"""Bars of a histogram."""
-MOST_WHOLE = 1e12
-"""Magnitude of numbers that are counted as whole ones."""
 
 
 def plot_study(outcome: StudyOutcome, picture: Path) -> Path:
@@ -70,7 +68,7 @@ def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> Non
     found = Averaged(axes, *(part.reshape(shape) for part in parts))
     if len(axes) == 1 and len(axes[0].varied) > 1:
         good = found.mean[np.isfinite(found.mean)]
-        panel.hist(good, bins=_bins(good), color=COLOURS[0])
+        panel.hist(good, bins=BINS, color=COLOURS[0])
         panel.set_xlabel(text, fontsize=9)
         panel.set_ylabel("runs", fontsize=9)
     elif len(axes) >= 2:
@@ -126,14 +124,3 @@ def _curve(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> No
     panel.set_xlabel(_label(axis, outcome), fontsize=9)
     panel.set_ylabel(text, fontsize=9)
     panel.grid(color=GRID, lw=0.6)
-
-
-def _bins(good: np.ndarray) -> int | list[float]:
-    """Number of bins for values (n,), or the edges of bins of as many whole numbers each."""
-    count = min(MOST_BINS, max(5, int(np.sqrt(max(1, len(good))))))
-    if not len(good) or (good != np.round(good)).any() or np.abs(good).max() > MOST_WHOLE:
-        return count
-    low, high = float(good.min()), float(good.max())
-    width = max(1.0, np.ceil((high - low + 1.0) / count))
-    number = int(np.ceil((high - low + 1.0) / width))
-    return [low - 0.5 + k * width for k in range(number + 1)]

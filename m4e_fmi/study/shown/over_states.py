@@ -27,8 +27,6 @@ LARGEST = {
 """Statistics of which the largest of all states is meant, and no mean over them."""
 NOT_RUN = "–"
 """In cells of what is not run."""
-MOST_COMPARED = 6
-"""Designs whose differences are told."""
 NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
 """Statistics of which the mean by probability does not tell that of all states."""
 
@@ -78,12 +76,20 @@ class Averaged:
         )
 
 
-def _means_of_designs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean (…) and half-width (…) of `values` (…, n_seeds), in their unit, and missing ones [1].
+def averaged(
+    axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None
+) -> Averaged:
+    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
 
-    The half-width is that of 95 % confidence by Student's t, nan for one seed. Values that are nan
-    are missing (…); the mean is over the others, nan if there are none.
+    The half-width is nan for one seed. Values that are nan are missing; means are over the others.
+    The values have the shape of the axes, as has `is_run` (n, …) [1]: False of what is not run.
     """
+    repeats = [k for k, axis in enumerate(axes) if axis.repeats]
+    designs = tuple(axis for axis in axes if not axis.repeats)
+    count = math.prod(len(axes[k]) for k in repeats)
+    rest = [k for k in range(len(axes)) if k not in repeats]
+    shape = (*(len(axis) for axis in designs), count)
+    values = values.transpose((*rest, *repeats)).reshape(shape)
     missing = np.isnan(values).sum(axis=-1)
     mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
     for lacking in np.unique(missing):
@@ -94,22 +100,6 @@ def _means_of_designs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
         rows = values[alike]
         interval = confidence_interval(rows[~np.isnan(rows)].reshape(-1, left))
         mean[alike], width[alike] = interval.mean, interval.half_width
-    return mean, width, missing
-
-
-def averaged(
-    axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None
-) -> Averaged:
-    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
-
-    The values have the shape of the axes, as has `is_run` (n, …) [1]: False of what is not run.
-    """
-    repeats = [k for k, axis in enumerate(axes) if axis.repeats]
-    designs = tuple(axis for axis in axes if not axis.repeats)
-    count = math.prod(len(axes[k]) for k in repeats)
-    rest = [k for k in range(len(axes)) if k not in repeats]
-    shape = (*(len(axis) for axis in designs), count)
-    mean, width, missing = _means_of_designs(values.transpose((*rest, *repeats)).reshape(shape))
     if is_run is not None:
         some = is_run.transpose((*rest, *repeats)).reshape(shape).any(axis=-1)
         missing = np.where(some, missing, 0)
@@ -164,45 +154,17 @@ def over_states(
         return "largest of all states", _extreme(grid, values, states, 1.0)
     if wanted.statistic == "minimum":
         return "smallest of all states", _extreme(grid, values, states, -1.0)
-    name, sums = _sums(grid, values, states, wanted)
-    return name, averaged(states.rest(grid.axes), sums)
-
-
-def _sums(grid: Grid, values: np.ndarray, states: States, wanted: Wanted) -> tuple[str, np.ndarray]:
-    """The name of a sum over states, and its values over the other axes."""
     name, exponent = "mean by probability", 1.0
     if wanted.statistic == "damage_equivalent_load":
         name, exponent = "damage equivalent by probability", dict(wanted.parameters)["exponent"]
     elif wanted.statistic == "rms":
         name, exponent = "rms by probability", 2.0
     rows = states.last(grid.axes, values)
-    top = np.maximum(np.abs(rows).max(axis=-1), np.finfo(float).tiny)  # powers of it may overflow
-    if exponent == 1.0:
-        return name, rows @ states.weights
-    return name, top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
-
-
-def differences(
-    grid: Grid, values: np.ndarray, states: States | None, wanted: Wanted
-) -> Averaged | None:
-    """Differences of a few designs from the first of them, seed by seed; None if that is none.
-
-    `values` (n, …), in their unit, have the shape of the grid. Designs have the same seeds, and sea
-    states: what these do to all of them is not in the difference, nor in its interval. Of `states`
-    it is that of the sums over them; extremes of all states have none.
-    """
-    axes = grid.axes
-    if states is not None:
-        if wanted.statistic in LARGEST or wanted.statistic == "minimum":
-            return None
-        _, values = _sums(grid, values, states, wanted)
-        axes = states.rest(axes)
-    seeds = math.prod(len(axis) for axis in axes if axis.repeats)
-    count = math.prod(len(axis) for axis in axes if not axis.repeats)
-    if seeds < 2 or not 2 <= count <= MOST_COMPARED:
-        return None
-    first = tuple(slice(None) if axis.repeats else slice(0, 1) for axis in axes)
-    return averaged(axes, values - values[first])
+    sums = rows @ states.weights
+    if exponent != 1.0:
+        top = np.maximum(np.abs(rows).max(axis=-1), np.finfo(float).tiny)  # powers may overflow
+        sums = top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
+    return name, averaged(states.rest(grid.axes), sums)
 
 
 def _extreme(grid: Grid, values: np.ndarray, states: States, sign: float) -> Averaged:

@@ -11,7 +11,7 @@ from m4e_fmi.report.panels import aligned, scale_of
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.shown.over_states import Averaged, averaged, differences, over_states, states_of
+from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
 from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 from m4e_fmi.study.start_up import left_out
 
@@ -27,7 +27,7 @@ def summary(outcome: StudyOutcome) -> str:
     study, count = outcome.study, outcome.study.grid.count
     made = count - outcome.kept
     kept = f", {outcome.kept} kept from before" if outcome.kept else ""
-    lines = [f"{study.name}: {count} runs, {made} made{kept}, in {_time(outcome.wall_time)}"]
+    lines = [f"{study.name}: {count} runs, {made} made{kept}, in {outcome.wall_time:.1f} s"]
     lines += [f"  {note}" for note in outcome.notes]
     lines += [f"  {study.grid.covered}"] if study.grid.covered else []
     if study.wanted:
@@ -39,14 +39,6 @@ def summary(outcome: StudyOutcome) -> str:
         lines += ["", *_of(outcome, wanted)]
     lines += ["", *_worst(outcome), *_failures(outcome), *warning_lines(outcome.warnings)]
     return "\n".join(lines).rstrip()
-
-
-def _time(seconds: float) -> str:
-    if seconds < 100.0:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s"
 
 
 def shown_unit(found: Averaged, unit: str) -> tuple[float, str]:
@@ -70,7 +62,6 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
         count = int(found.missing.sum())
         yield f"  * without {count} runs that failed or have no value"
     yield from _over_states(outcome, wanted, scale, shown)
-    yield from _differences(outcome, wanted, scale, shown)
 
 
 def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
@@ -81,7 +72,9 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
     grid, values = outcome.study.grid, outcome.data[wanted.name].values
     name, found = over_states(grid, values, states, wanted)
     if np.isnan(found.mean).all():
-        yield f"  {name}: not known, {_lacking(np.isnan(states.last(grid.axes, values)))}"
+        missing = np.isnan(states.last(grid.axes, values)).reshape(-1, len(states.weights))
+        count = int(missing.any(axis=0).sum())
+        yield f"  {name}: not known, {count} states have no value in some of the runs"
         return
     yield from _result_lines(name, shown, found.scaled(scale))
     if (
@@ -92,36 +85,6 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
         covered = float(states.shares.sum())
         energy = found.scaled(covered * YEAR / MEGAWATT_HOUR)
         yield from _result_lines("energy of a year of 8766 h", " [MWh]", energy)
-
-
-def _differences(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
-    """A line for each of a few designs: its difference from the first of them."""
-    states = states_of(outcome.data)
-    values = outcome.data[wanted.name].values
-    found = differences(outcome.study.grid, values, states, wanted)
-    if found is None:
-        return
-    scaled = found.scaled(scale)
-    places = list(np.ndindex(found.mean.shape))
-    axes = found.axes
-    labels = [
-        ", ".join(f"{axis.name} {axis.labels[k]}" for axis, k in zip(axes, place, strict=True))
-        for place in places
-    ]
-    of = "" if states is None else " over all states"
-    yield f"  difference from {labels[0]}{of}, by pairs of the same seed, ± 95 % confidence{shown}:"
-    cells = [[label, scaled.cell(place)] for label, place in zip(labels, places, strict=True)]
-    yield from _lines(cells[1:])
-
-
-def _lacking(missing: np.ndarray) -> str:
-    """Why sums over states are not known, of which values are `missing` (…, n_states)."""
-    rows = missing.reshape(-1, missing.shape[-1])
-    count = int(rows.all(axis=0).sum())
-    if count:
-        return f"{count} states of the table have no value"
-    some = int(rows.any(axis=0).sum())
-    return f"each seed and design lacks some state: {some} states have no value in some of the runs"
 
 
 def _result_lines(name: str, unit: str, found: Averaged) -> Iterator[str]:

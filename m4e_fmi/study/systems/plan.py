@@ -34,16 +34,15 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
-from m4e_fmi.study.dataset import Labels
+from m4e_fmi.study.dataset import Batch, Labels, Work, rows_text
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.names import changed, named_system
 from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.start_up import first_time, ramp_warnings
 from m4e_fmi.study.systems.execution import Perform
-from m4e_fmi.study.systems.names import changed, named_system
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
-from m4e_fmi.study.targets import KeyTarget, StartTarget, dotted
-from m4e_fmi.study.work import Batch, Work, rows_text
+from m4e_fmi.study.targets import SettingTarget, StartTarget, dotted
 
 Tell = Callable[[str], None]
 NO_TIME = ("algorithm", "tolerance", "coupling_tolerance")
@@ -143,11 +142,8 @@ class SystemPlan:
         self.tell(line)
 
     def _tell_of_one(self, one: Variants, number: int, line: str) -> None:
-        """Tell lines of the first build of a component, and one of each other."""
-        text = line.partition(": ")[2]
-        if number and text.startswith("building"):
-            self.tell(f"{one.name}: building FMUs, {number + 1} of {len(one.builds)}")
-        elif not number and not text.startswith(WARNING):  # those are of sections
+        """Tell a line of a build of a component, but for warnings, which are those of sections."""
+        if f": {WARNING}" not in line:
             self.tell(f"{line} ({of_keys(one, number)})")
 
     @property
@@ -211,10 +207,7 @@ class SystemPlan:
         for name, target in self.named.targets.items():
             if isinstance(target, StartTarget):
                 varied[name] = target.unit, target.text
-            elif isinstance(target, KeyTarget):
-                one = self.variants[target.component]
-                varied[name] = one.labels.get(one.keys.index(target.keys), ("", ""))
-            elif target.key not in NO_TIME:
+            elif isinstance(target, SettingTarget) and target.key not in NO_TIME:
                 varied[name] = "s", f"{target.key} of the simulation"
         names = (*(w.variable for w in self.study.wanted), *self.study.series)
         found = {name: self.of.variable(name) for name in names}

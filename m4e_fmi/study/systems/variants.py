@@ -57,16 +57,12 @@ class Variant:
 
 @dataclass(frozen=True)
 class Variants:
-    """All versions of one component, by the values of its varied `keys`.
-
-    `labels` are unit and description of keys that are parameters of its program, by place.
-    """
+    """All versions of one component, by the values of its varied `keys`."""
 
     name: str
     keys: tuple[Location, ...]
     builds: tuple[Build, ...]
     of: Mapping[Combination, Variant] = field(repr=False)
-    labels: Mapping[int, tuple[str, str]] = field(default_factory=dict)
 
 
 def variants(
@@ -81,14 +77,18 @@ def variants(
     `make` drafts a component. The draft of every combination is compared with those before it:
     nothing is concluded from other values. InputError with all values that its section refuses.
     """
+    document = system.document
+    assert document is not None
+    components = document.data["components"]
     problems: dict[Problem, Problem] = {}
     builds: list[Build] = []
     by_code: dict[str, int] = {}
     of: dict[Combination, Variant] = {}
-    alike: list[dict[str, Variable] | None] = [None] * len(keys)
     for one in dict.fromkeys(combinations):
         try:
-            component = _with_keys(system, name, dict(zip(keys, one, strict=True)))
+            section = with_values(components[name], dict(zip(keys, one, strict=True)))
+            data = {**document.data, "components": {**components, name: section}}
+            component = read_component(document.with_data(data), name)
             draft = make(component)
         except InputError as error:
             told = ", ".join(f"{dotted(k)} = {v}" for k, v in zip(keys, one, strict=True))
@@ -99,48 +99,17 @@ def variants(
             continue
         program = draft.made if isinstance(draft.made, Program) else None
         made = Build(component, one, starts_of(program) if program else None)
-        alike = [_of_value(program, v, old) for v, old in zip(one, alike, strict=True)]
-        number = by_code.setdefault(_code_of(made, program), len(builds))
+        bare = bare_code(program) if program else repr((component.source, one))
+        code = repr((component.step_size, component.dependencies, bare))
+        number = by_code.setdefault(code, len(builds))
         if number == len(builds):
             builds.append(made)
         warnings = tuple(line for line in draft.lines if line.startswith(WARNING))
-        of[one] = Variant(number, component, _started(builds[number], made), warnings)
+        pairs = zip(builds[number].variables or (), made.variables or (), strict=True)
+        start = {new.name: new.start for old, new in pairs if repr(new.start) != repr(old.start)}
+        of[one] = Variant(number, component, start, warnings)
     InputError.raise_for(problems.values())
-    labels = dict[int, tuple[str, str]]()
-    for k, key in enumerate(keys):
-        known, vary = alike[k] or {}, len({one[k] for one in of}) > 1
-        same = [v for v in known.values() if v.name.rpartition(".")[2] == str(key[-1])]
-        if len(alone := same or ([*known.values()] if vary else [])) == 1:
-            labels[k] = alone[0].unit, alone[0].description.partition(",")[0]
-    return Variants(name, tuple(keys), tuple(builds), of, labels)
-
-
-def _with_keys(system: System, name: str, values: Mapping[Location, object]) -> Component:
-    """The component `name` with other values of keys of its section."""
-    document = system.document
-    assert document is not None
-    components = document.data["components"]
-    try:
-        section = with_values(components[name], values)
-    except ValueError as error:
-        raise InputError.single(f"{name}: {error}") from None
-    data = {**document.data, "components": {**components, name: section}}
-    return read_component(document.with_data(data), name)
-
-
-def _of_value(
-    program: Program | None, value: Scalar, known: Mapping[str, Variable] | None
-) -> dict[str, Variable]:
-    """Parameters of a program that have the `value`; of those that are `known`, if any are."""
-    parameters = program.parameters if program and not isinstance(value, bool | str) else ()
-    same = {v.name: v for v in parameters if v.start == value}
-    return same if known is None else {n: v for n, v in known.items() if n in same}
-
-
-def _started(built: Build, wanted: Build) -> dict[str, float]:
-    """Start values with which `built` is what `wanted` would be."""
-    pairs = zip(built.variables or (), wanted.variables or (), strict=True)
-    return {new.name: new.start for old, new in pairs if repr(new.start) != repr(old.start)}
+    return Variants(name, tuple(keys), tuple(builds), of)
 
 
 def starts_of(program: Program) -> tuple[Variable, ...]:
@@ -148,23 +117,11 @@ def starts_of(program: Program) -> tuple[Variable, ...]:
     return (*program.parameters, *program.inputs, *program.states)
 
 
-def _code_of(build: Build, program: Program | None) -> str:
-    """Hash of what the FMU computes: a program without its start values, or Python code with all.
+def bare_code(program: Program) -> str:
+    """Hash of the operations of a program and of its variables without start values and texts.
 
     Programs with one hash have the same variables and operations in the same order.
     """
-    own = [repr(build.component.step_size), repr(build.component.dependencies)]
-    digest = hashlib.sha256("\0".join(own).encode())
-    if program is None:
-        digest.update(repr(build.component.source).encode())
-        digest.update(repr(build.of).encode())
-        return digest.hexdigest()
-    digest.update(bare_code(program).encode())
-    return digest.hexdigest()
-
-
-def bare_code(program: Program) -> str:
-    """Hash of the operations of a program and of its variables without start values and texts."""
     groups = (getattr(program, name) for name in _GROUPS)
     bare = [[replace(v, start=0.0, description="") for v in group] for group in groups]
     roots = (program.rates, program.results, program.constants)

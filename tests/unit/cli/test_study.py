@@ -9,7 +9,7 @@ import pytest
 from support.small_study import Here, written_study
 
 from m4e_fmi.study import load_study, run_study
-from m4e_fmi.study.systems.names import named_system
+from m4e_fmi.study.names import named_system
 
 Said = Callable[..., str]
 STUDY = """\

@@ -24,7 +24,7 @@ from m4e_fmi.analysis.comparison.comparing import compare
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
 from m4e_fmi.results.compared_file import read_measured
-from m4e_fmi.study.given.study import read_study
+from m4e_fmi.study.given.study import load_study
 from m4e_fmi.study.programs.names import program_runs
 from m4e_fmus.table.config import Config, read_rows
 
@@ -147,10 +147,7 @@ def points(folder: Path, text: str) -> np.ndarray:
     head = "name: s\nmodel: p.model.yaml\nwanted: {a: {variable: joint.hinge.q, statistic: mean}}\n"
     (folder / "p.model.yaml").write_text(MODEL, "utf-8")
     (folder / "s.yaml").write_text(head + text, "utf-8")
-    study, problems = read_study(folder / "s.yaml")
-    if study is None or problems:
-        raise InputError(problems)
-    axes = program_runs(study, tell=print).named.study.grid.axes
+    axes = program_runs(load_study(folder / "s.yaml"), tell=print).named.study.grid.axes
     return np.concatenate([np.ravel(axis.points) for axis in axes])
 
 

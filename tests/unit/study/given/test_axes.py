@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.study.given.grid import Grid
-from m4e_fmi.study.given.study import read_study
+from m4e_fmi.study.given.study import load_study
 
 HEAD = "name: s\nmodel: m.model.yaml\nwanted: {a: {variable: x, statistic: mean}}\n"
 
@@ -15,9 +15,7 @@ HEAD = "name: s\nmodel: m.model.yaml\nwanted: {a: {variable: x, statistic: mean}
 def grid(folder: Path, text: str) -> Grid:
     (folder / "m.model.yaml").write_text("name: m\n", "utf-8")
     (folder / "s.yaml").write_text(HEAD + text, "utf-8")
-    study, problems = read_study(folder / "s.yaml")
-    assert study, problems
-    return study.grid
+    return load_study(folder / "s.yaml").grid
 
 
 def test_the_grid_is_the_product_of_its_dimensions(tmp_path: Path) -> None:

@@ -17,11 +17,10 @@ from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.given.grid import Axis, Grid, Varied
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.report.result import load_study_result
-from m4e_fmi.study.shown.figure import _bins, _shown, plot_study
+from m4e_fmi.study.shown.figure import _shown, plot_study
 from m4e_fmi.study.shown.over_states import (
     LARGEST,
     States,
-    differences,
     over_states,
     states_of,
 )
@@ -142,20 +141,6 @@ def test_sea_states_and_cases_have_the_product_of_their_probabilities(tmp_path: 
     assert float(line.split()[3]) == pytest.approx(mean, rel=2e-3)  # it shows four digits
 
 
-@pytest.mark.parametrize("most", [0, 3, 44, 1000, 12345])
-def test_bars_of_counts_have_as_many_whole_numbers_each(most: int) -> None:
-    """Else some bars stand for two numbers and others for one: peaks that are none."""
-    counts = np.arange(3.0, most + 4.0)
-    edges = _bins(counts)
-    assert isinstance(edges, list)
-    assert len(edges) <= 41
-    heights, _ = np.histogram(counts, edges)
-    assert set(heights[:-1]) <= {heights[0]}
-    assert heights.sum() == len(counts)
-    for values in ([0.5, 1.0, 2.0], [], [1.0, 1e300]):
-        assert _bins(np.array(values)) == 5
-
-
 SEEDS, DESIGNS = 3, 2
 
 
@@ -213,27 +198,6 @@ def test_a_failed_seed_is_missing_in_the_sum() -> None:
     _, found = over_states(GRID, values, STATES, Wanted("w", "v", "mean"))
     assert found.missing.tolist() == [1, 0]
     assert np.isfinite(found.mean).all()
-
-
-def test_differences_of_designs_are_those_of_pairs() -> None:
-    """What a seed does to both designs is not in the interval."""
-    seed = 50.0 * np.arange(SEEDS)[:, None, None]
-    found = differences(GRID, VALUES + seed, STATES, Wanted("w", "v", "mean"))
-    sums = np.einsum("psxh,hp->xs", VALUES, STATES.shares)
-    two = Grid((axis("x", DESIGNS), axis("seed", SEEDS, repeats=True)))
-    of_a_state = VALUES[1, :, :, 0].T
-    pair = differences(two, of_a_state, None, Wanted("w", "v", "maximum"))
-    for one, gain in ((found, sums[1] - sums[0]), (pair, of_a_state[1] - of_a_state[0])):
-        assert one is not None
-        np.testing.assert_allclose(one.mean, [0.0, gain.mean()], rtol=1e-9)
-        np.testing.assert_allclose(one.half_width[1], half_width(gain), rtol=1e-9)
-    alone = Grid((axis("seed", 1, repeats=True), axis("x", DESIGNS)))
-    for grid, values, states, statistic in (
-        (GRID, VALUES, STATES, "maximum"),
-        (GRID, VALUES, None, "mean"),  # of 8 designs
-        (alone, np.ones((1, 2)), None, "mean"),
-    ):
-        assert differences(grid, values, states, Wanted("w", "v", statistic)) is None
 
 
 def test_all_statistics_of_maxima_are_known() -> None:
