@@ -165,8 +165,14 @@ def program_in_waves(
     Computed up to `highest` [rad/s] at least, unless the configuration has a `maximum`.
     """
     coefficients, waves = _flow(config, folder, highest=highest, progress=progress)
-    with_drift = [name for name, body in config.bodies.items() if body.drift is not None]
-    forces = HullWaves(coefficients, drift=tuple(with_drift))
+    drifting = ", ".join(name for name, body in config.bodies.items() if body.drift is not None)
+    note = f"second-order drift of {drifting} is left out: the response is that of first order"
+    forces = HullWaves(
+        coefficients=coefficients,
+        water=coefficients,
+        highest=float(coefficients.omega[-1]),
+        notes=[note] if drifting else [],
+    )
     program = program_of(
         config,
         coefficients,
@@ -209,7 +215,6 @@ def program_of(
         current=config.current,
         loads=config.loads,
         drift=read_drifts(config, folder, centers=centers, water=coefficients),
-        points=config.points,
         sea=sea,
         folder=folder,
         memory=memory,

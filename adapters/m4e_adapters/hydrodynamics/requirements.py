@@ -6,6 +6,7 @@ import tempfile
 from importlib.metadata import version
 
 from m4e_adapters.hydrodynamics.flow.cache import ENVIRONMENT, cache_folder
+from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
 
 REINSTALL = "reinstall it: pip install --force-reinstall capytaine"
 
@@ -16,26 +17,13 @@ def requirements() -> list[tuple[str, bool, str]]:
 
 
 def _core() -> tuple[str, bool, str]:
-    """Solve the infinite-frequency heave of a small ball with the compiled kernels."""
+    """Capytaine with its compiled kernels."""
     what = "capytaine (potential flow)"
     try:
-        from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
-
-        with kept_warnings():
-            capytaine = import_capytaine()
-            mesh = capytaine.mesh_sphere(resolution=(4, 8)).immersed_part()
-            dofs = capytaine.rigid_body_dofs(only=["Heave"])
-            body = capytaine.FloatingBody(mesh=mesh, dofs=dofs)
-            problem = capytaine.RadiationProblem(
-                body=body, radiating_dof="Heave", omega=float("inf")
-            )
-            solver = capytaine.BEMSolver(method="direct")
-            mass = solver.solve(problem, keep_details=False).added_masses["Heave"]
+        import_capytaine()
     except Exception as error:  # noqa: BLE001  a broken binary may raise anything
         return what, False, f"{type(error).__name__}: {error}; {REINSTALL}"
-    if not mass > 0:
-        return what, False, f"it computes nonsense (added mass {mass}); {REINSTALL}"
-    return what, True, f"version {version('capytaine')}, solves"
+    return what, True, f"version {version('capytaine')}"
 
 
 def _cache() -> tuple[str, bool, str]:

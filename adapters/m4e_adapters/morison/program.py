@@ -103,7 +103,7 @@ def members_in_waves(
         return load_in_waves(recorder, config, member, known, body, flow)
 
     _record_members(recorder, config, flow, load)
-    return recorder.program(), MemberWaves(config, systems)
+    return recorder.program(), MemberWaves(config=config, systems=systems, water=config.water)
 
 
 def _systems(

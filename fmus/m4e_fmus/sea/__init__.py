@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
-from m4e_adapters.sea import SeaConfig, sea_program
-from m4e_adapters.sea.waves_at_points import sea_in_waves
+from m4e_adapters.sea import SeaConfig, sea_in_waves, sea_program
 from m4e_fmi.report.animation.shown import Shown
 from m4e_fmus.water import kind_in_water
 

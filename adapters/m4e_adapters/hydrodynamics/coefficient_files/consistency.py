@@ -5,8 +5,8 @@ Symmetry and energy are checked where a memory is fitted (`memory.soundness`).
 - Causality (Kramers and Kronig): A(ω) − A∞ follows from B: `ogilvie`.
 - Haskind, energy of radiated waves: B = k/(8πρg c_g) ∮ Re X X* dβ, c_g the group velocity
   (J. N. Newman, "Marine Hydrodynamics", 1977, chapter 6), where the directions go all around.
-- Long waves: the heave excitation is the hydrostatic stiffness, and that in surge the inertia of
-  the displaced water and the added mass in the acceleration of the wave, 90 deg before the crest.
+- Long waves: the excitation in surge is the inertia of the displaced water and the added mass in
+  the acceleration of the wave, 90 deg before the crest: `surge_share`.
 
 Added mass at infinite frequency from A(ω) and B(ω), by Ogilvie's relation.
 
@@ -79,8 +79,6 @@ def _integral(omega: np.ndarray, damping: np.ndarray, k: int) -> np.ndarray:
 
 NOT_CAUSAL = 0.05  # of A∞
 OFF_HASKIND = 0.05  # of the motions' largest B
-LONG = 0.1  # wavenumber times size below which a wave is long
-OFF_LONG = 0.5  # relative error of forces in long waves
 TRIFLE = 1e-3  # of the largest of its kind (translations, rotations), below which a value is noise
 
 
@@ -98,7 +96,7 @@ def findings(c: Coefficients, *, added_mass_inf_of_file: bool = True) -> list[Re
 
     `added_mass_inf_of_file` is False where A∞ itself comes from causality.
     """
-    return [_causality(c, added_mass_inf_of_file), *_haskind(c), *_long_waves(c)]
+    return [_causality(c, added_mass_inf_of_file), *_haskind(c)]
 
 
 def _causality(c: Coefficients, of_file: bool) -> Relation:
@@ -150,32 +148,6 @@ def _largest_of_kind(c: Coefficients, values: np.ndarray) -> np.ndarray:
     """Of each motion (n,) the largest of the `values` (n,) of all translations, or rotations."""
     kinds = np.array([m.is_rotation for m in c.body_motions * len(c.bodies)])
     return np.array([values[kinds == kind].max() for kind in kinds])
-
-
-def _long_waves(c: Coefficients) -> Iterator[Relation]:
-    """Forces of the longest wave in heave, and in the direction of the wave."""
-    k = float(wavenumber(c.omega[:1], depth=c.depth, gravity=c.gravity)[0])
-    volumes = c.buoyancy[c.heave :: c.per_body] / (c.density * c.gravity)
-    if k * float(np.cbrt(max(volumes.max(), 0.0))) > LONG:
-        return
-    direction = float(c.directions[0]) if len(c.directions) else c.wave_direction
-    table = c.by_direction[0, 0] if len(c.directions) else c.excitation[0]
-    if not len(c.directions) and c.has_harmonics:
-        turns = np.arange(c.harmonics.shape[1]) - c.harmonics.shape[1] // 2
-        relative = np.exp(1j * math.radians(direction) * turns) @ c.harmonics[0]
-    else:
-        relative = table * c.way(c.omega[:1], direction)[0].conj()
-    for number, body in enumerate(c.bodies):
-        own = relative[c.own(number)]
-        place = c.own(number).start + c.heave
-        stiffness = float(c.hydrostatic_stiffness[place, place])
-        heave = float(own[c.heave].real)
-        if stiffness > 0.1 * c.density * c.gravity * float(np.cbrt(volumes[number])) ** 2:
-            text = (
-                f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, the "
-                f"hydrostatic stiffness {stiffness:.4g} N/m"
-            )
-            yield Relation("long waves", text, abs(heave / stiffness - 1.0) > OFF_LONG)
 
 
 def surge_share(c: Coefficients, relative: np.ndarray, direction: float) -> float:

@@ -253,8 +253,7 @@ class RegularWave(WaveSystem):
 class SpectralSea(WaveSystem):
     """A sea of JONSWAP's form, whose parts of the frequency axis have `widths` (k,) [rad/s].
 
-    Energies are in proportion to widths, which may contain a factor of the form. `enhancement` None
-    is the form of Pierson and Moskowitz. `luck` (k,) [1] multiplies amplitudes.
+    `enhancement` None is the form of Pierson and Moskowitz. `luck` (k,) [1] multiplies amplitudes.
     """
 
     widths: np.ndarray = field(repr=False)

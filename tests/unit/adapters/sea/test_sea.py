@@ -17,8 +17,7 @@ from m4e_adapters.hydrodynamics import hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.water.kinematics import flow
-from m4e_adapters.sea import SeaConfig, sea_program
-from m4e_adapters.sea.waves_at_points import sea_in_waves
+from m4e_adapters.sea import SeaConfig, sea_in_waves, sea_program
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 
@@ -78,7 +77,7 @@ def test_outputs_are_those_of_the_equations(stretching: str, depth: str) -> None
 @pytest.mark.parametrize(
     "waves",
     [
-        "{spectrum: tma, significant_height: 2, peak_period: 7, amplitudes: random, seed: 4, "
+        "{spectrum: jonswap, significant_height: 2, peak_period: 7, amplitudes: random, seed: 4, "
         "components: 60}",
         "[{spectrum: regular, height: 1, period: 9}, {spectrum: bretschneider, "
         "significant_height: 1, peak_period: 7, components: 20}]",
