@@ -16,14 +16,9 @@ from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.refinement import refinement
 from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
-from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
+from m4e_adapters.hydrodynamics.stability_report import stability_text
 from m4e_fmi.report.animation.shown import Shown, ShownHull
 from m4e_fmus.water import kind_in_water
-
-
-def _stability(config: HydrodynamicsConfig, *, folder: Path) -> str:
-    """Hydrostatics and righting arms of all bodies as text."""
-    return stability_text(stability_of(config, folder), config.water)
 
 
 def _scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
@@ -82,7 +77,7 @@ KIND = kind_in_water(
     outline=check_config,
     scene=_scene,
     response=program_in_waves,
-    stability=_stability,
+    stability=stability_text,
     coefficients=hydrodynamic_data,
     config_of_file=config_of_file,
     refinement=_refinement,

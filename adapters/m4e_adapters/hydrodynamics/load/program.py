@@ -95,7 +95,16 @@ def hydrodynamics_program(
         `moment_z`.
     """
     acting, given, drags = loads or Loads(), drift or {}, drag or {}
-    _check_excitation(coefficients, acting)
+    if coefficients.excited_by != acting.excitation:
+        # the whole excitation, as files have it, cannot be divided
+        wanted, known = (
+            " and ".join(p) or "none" for p in (acting.excitation, coefficients.excited_by)
+        )
+        raise InputError.single(
+            f"the loads have {wanted} of the excitation, the coefficients {known} as a whole",
+            "switch froude_krylov and diffraction on, or give coefficients with their parts",
+            keys=("loads",),
+        )
     heading = heading or Heading()
     made = wave_systems(
         waves or (), depth=coefficients.depth, gravity=coefficients.gravity, folder=folder
@@ -105,7 +114,7 @@ def hydrodynamics_program(
     ]
     drifts = matched_drifts(given, coefficients, systems, heading.angle, progress)
     directed = towards_each(coefficients, systems, heading=heading.angle)
-    of_single = bool(systems) and coefficients.of_single_directions
+    of_single = bool(systems) and coefficients.dimensions == 3 and not coefficients.has_harmonics
     if of_single or not all(isinstance(own, Directed) for own in drifts.values()):
         heading = replace(heading, fixed=True)
         systems = [replace(system, fixed=True) for system in systems]
@@ -174,19 +183,3 @@ def _hulls(
         waters=[body.place(coefficients, moved.axes, offsets) for body in in_water],
         offsets=offsets,
     )
-
-
-def _check_excitation(coefficients: Coefficients, loads: Loads) -> None:
-    """InputError if the excitation of `coefficients` consists of other parts than those of `loads`.
-
-    The whole excitation, as files have it, cannot be divided without the part that is left out.
-    """
-    if coefficients.excited_by != loads.excitation:
-        wanted, known = (
-            " and ".join(p) or "none" for p in (loads.excitation, coefficients.excited_by)
-        )
-        raise InputError.single(
-            f"the loads have {wanted} of the excitation, the coefficients {known} as a whole",
-            "switch froude_krylov and diffraction on, or give coefficients with their parts",
-            keys=("loads",),
-        )
