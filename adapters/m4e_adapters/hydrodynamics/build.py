@@ -29,7 +29,6 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 )
 from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.current import current_doubts
 from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.errors import InputError, Problem
@@ -197,8 +196,6 @@ def program_of(
     progress: Progress,
 ) -> Program:
     """The load of a configuration with its `coefficients`; `waves` and `memory` if made before."""
-    for text in current_doubts(config.current, has_waves=bool(wave_sections(config.waves))):
-        progress(f"warning: {text}")
     if config.current is not None and not config.feels_current:
         progress(
             "warning: the current acts on nothing: no body has drag in moving water (drag: {surge: "

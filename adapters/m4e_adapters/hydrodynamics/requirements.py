@@ -13,26 +13,20 @@ REINSTALL = "reinstall it: pip install --force-reinstall capytaine"
 
 def requirements() -> list[tuple[str, bool, str]]:
     """Name, presence, and a detail or a remedy of each requirement."""
-    return [_core(), _cache()]
-
-
-def _core() -> tuple[str, bool, str]:
-    """Capytaine with its compiled kernels."""
-    what = "capytaine (potential flow)"
+    there, told = True, f"version {version('capytaine')}"
     try:
         import_capytaine()
     except Exception as error:  # noqa: BLE001  a broken binary may raise anything
-        return what, False, f"{type(error).__name__}: {error}; {REINSTALL}"
-    return what, True, f"version {version('capytaine')}"
-
-
-def _cache() -> tuple[str, bool, str]:
-    what = "cache of hydrodynamic coefficients"
+        there, told = False, f"{type(error).__name__}: {error}; {REINSTALL}"
     folder = cache_folder()
+    kept, where = True, str(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=folder):
             pass
     except OSError as error:
-        return what, False, f"{folder}: {error.strerror}; set {ENVIRONMENT} to a writable folder"
-    return what, True, str(folder)
+        kept, where = False, f"{folder}: {error.strerror}; set {ENVIRONMENT} to a writable folder"
+    return [
+        ("capytaine (potential flow)", there, told),
+        ("cache of hydrodynamic coefficients", kept, where),
+    ]

@@ -10,13 +10,12 @@ moving ones at rest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Current
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import (
     ELEVATION_INPUT,
@@ -24,8 +23,7 @@ from m4e_adapters.hydrodynamics.seas.sea import (
     record_elevation_input,
 )
 from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves, lines_on
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.current import current_doubts, record_current
+from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     depth_profiles,
     velocity_per_amplitude,
@@ -60,7 +58,8 @@ def sea_program(
     recorder = Recorder(name, "undisturbed sea")
     water, in_space = config.water, config.dimensions == 3
     systems = wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)
-    tell_doubts(systems, config.current, progress)
+    for line in lines_on(systems):
+        progress(line)
     flow = RecordedFlow(
         water=water,
         time=recorder.time,
@@ -73,16 +72,6 @@ def sea_program(
         place = record_place(recorder, config, point)
         record_outputs(recorder, point, flow.at(place), place[2], in_space=in_space)
     return recorder.program()
-
-
-def tell_doubts(
-    systems: Sequence[WaveSystem], current: Current | None, progress: Callable[[str], object]
-) -> None:
-    """Tell of records, of waves that break or are too steep, and of waves on a current."""
-    for line in lines_on(systems):
-        progress(line)
-    for text in current_doubts(current, has_waves=bool(systems)):
-        progress(f"warning: {text}")
 
 
 def record_place(
@@ -177,7 +166,8 @@ def sea_in_waves(
     recorder = Recorder(name, "undisturbed sea")
     water, in_space = config.water, config.dimensions == 3
     systems = wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)
-    tell_doubts(systems, config.current, progress)
+    for line in lines_on(systems):
+        progress(line)
     for system in systems:
         system.record(recorder, in_space=in_space)
     current = record_current(recorder, config.current, depth=water.depth, in_space=in_space)

@@ -112,7 +112,7 @@ def hydrodynamics_program(
     systems = [
         own.within(float(coefficients.omega[0]), float(coefficients.omega[-1])) for own in made
     ]
-    drifts = matched_drifts(given, coefficients, systems, heading.angle, progress)
+    drifts = matched_drifts(given, systems, heading.angle, progress)
     directed = towards_each(coefficients, systems, heading=heading.angle)
     of_single = bool(systems) and coefficients.dimensions == 3 and not coefficients.has_harmonics
     if of_single or not all(isinstance(own, Directed) for own in drifts.values()):
