@@ -28,6 +28,12 @@ def coefficients() -> Coefficients:
     return sphere_by_wamit()
 
 
+def retardation(c: Coefficients) -> np.ndarray:
+    """K(jω) = B + jω(A − A∞) of the data."""
+    surplus = c.added_mass - c.added_mass_inf
+    return c.radiation_damping + 1j * c.omega[:, None, None] * surplus
+
+
 @pytest.mark.verifies(
     "fit of the radiation memory, stable and passive",
     independent="WAMIT's sphere of IEA OES Task 10",
@@ -40,7 +46,7 @@ def test_the_fit_is_accurate_stable_and_passive(sphere: Coefficients) -> None:
     assert group.order <= 8
     assert np.all(np.real(group.poles) < 0)
     used = sphere.omega <= sphere.memory_limit
-    omega, exact = sphere.omega[used], sphere.retardation[used, 1, 1]
+    omega, exact = sphere.omega[used], retardation(sphere)[used, 1, 1]
     difference = group.transfer(omega)[:, 0, 0] - exact
     assert np.abs(difference).max() < FIT * np.abs(exact).max()
     of_damping = np.abs(np.real(difference)).max() / sphere.radiation_damping[used, 1, 1].max()
@@ -91,8 +97,8 @@ def test_an_irregular_frequency_is_left_out(sphere: Coefficients) -> None:
     (group,) = fit_radiation(data, order=6, progress=told.append).groups
     assert group.doubtful == (pytest.approx(1.5),)
     assert "1.5 rad/s" in told[0]
-    exact = sphere.retardation[at, 1, 1]
-    largest = np.abs(sphere.retardation[:, 1, 1]).max()
+    exact = retardation(sphere)[at, 1, 1]
+    largest = np.abs(retardation(sphere)[:, 1, 1]).max()
     found = group.transfer(sphere.omega[at : at + 1])[0, 0, 0]
     assert abs(found - exact) < FIT * largest
 

@@ -20,16 +20,10 @@ from support.crests import (
 )
 from support.seas import scatter
 
-from m4e_adapters.hydrodynamics.config import PiersonMoskowitz, Tma
-from m4e_adapters.hydrodynamics.config.waves import WaveSection
-from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.system_seas import components_of
-from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
-from m4e_adapters.hydrodynamics.seas.waves import depth_factor, relative_spectrum
+from m4e_adapters.hydrodynamics.config import PiersonMoskowitz
 
 SEEDS = 60
 DEVIATION = 0.25  # m: Hs is 1 m
-DEPTH, PEAK = 12.0, 2 * math.pi / 8.0
 
 
 @pytest.mark.verifies(
@@ -85,31 +79,3 @@ def test_random_amplitudes_scatter_as_records() -> None:
     expected = (2 * scatter(1.0, 2 * math.pi / 7.5) / 16) ** 2
     assert found.mean() == pytest.approx(1 / 16, rel=0.02)
     assert found.var(ddof=1) == pytest.approx(expected, rel=0.2)
-
-
-@pytest.mark.verifies(
-    "height and mean periods of TMA seas, 30 seeds",
-    analytic="moments of the spectrum to 12 peak frequencies",
-    tolerance="0.01",
-)
-def test_a_tma_sea_has_its_mean_periods() -> None:
-    section = Tma(spectrum="tma", significant_height=1.0, peak_period=8.0)
-    ratio = np.geomspace(0.5, 12.0, 20_001)
-    form = np.array([relative_spectrum(r, 3.3) for r in ratio.tolist()])
-    form *= depth_factor(ratio * PEAK, depth=DEPTH, gravity=9.81)
-    moments = [np.trapezoid((ratio * PEAK) ** k * form, ratio) for k in (0, 1, 2)]
-    sums = np.array([_moments(in_water(section, seed)) for seed in range(30)]).mean(axis=0)
-    assert 4 * math.sqrt(sums[0]) == pytest.approx(1.0, rel=1e-9)
-    assert sums[0] / sums[1] == pytest.approx(moments[0] / moments[1], rel=0.01)
-    assert math.sqrt(sums[0] / sums[2]) == pytest.approx(
-        math.sqrt(moments[0] / moments[2]), rel=0.01
-    )
-
-
-def in_water(section: WaveSection, seed: int) -> Components:
-    changed = section.model_copy(update={"seed": seed})
-    return components_of(wave_systems(changed, depth=DEPTH, gravity=9.81), {})
-
-
-def _moments(waves: Components) -> list[float]:
-    return [0.5 * float(waves.amplitude**2 @ waves.omega**k) for k in (0, 1, 2)]

@@ -140,21 +140,21 @@ def test_cached_coefficients_whose_writer_is_killed(
 
     def work() -> None:
         while True:
-            cache.store("k", arrays)
+            cache.keep("k", arrays, print)
 
     begun = time.perf_counter()
-    cache.store("k", arrays)
+    cache.keep("k", arrays, print)
     longest = 3 * (time.perf_counter() - begun)  # kills fall into the writing on any machine
     found: Counter[str] = Counter()
     for _ in range(KILLS):
         killed(work, chance.uniform(0.0, longest))
-        loaded = cache.load("k")
+        loaded = cache.found("k", print)
         found["parts"] += len(list((tmp_path / "hydrodynamics").glob(".part-*")))
         found["nothing"] += loaded is None
         if loaded is not None:
             assert (loaded["a"] == arrays["a"]).all()
             next((tmp_path / "hydrodynamics").glob("k.*")).unlink()
-    cache.store("k", arrays)
+    cache.keep("k", arrays, print)
     assert len(list((tmp_path / "hydrodynamics").iterdir())) == 1
     print(f"seed {seed}: {KILLS} kills, {dict(found)}")
     assert found["parts"] > 0
@@ -239,8 +239,8 @@ def test_many_processes_share_cached_coefficients(
 
     def work() -> None:
         for k in range(ROUNDS):
-            cache.store(f"k{k % 3}", arrays)
-            loaded = cache.load(f"k{(k + 1) % 3}")
+            cache.keep(f"k{k % 3}", arrays, print)
+            loaded = cache.found(f"k{(k + 1) % 3}", print)
             assert loaded is None or (loaded["a"] == arrays["a"]).all()
 
     all_end([work] * PROCESSES)

@@ -29,7 +29,6 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 )
 from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.current import current_doubts
 from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.errors import InputError, Problem
@@ -165,8 +164,14 @@ def program_in_waves(
     Computed up to `highest` [rad/s] at least, unless the configuration has a `maximum`.
     """
     coefficients, waves = _flow(config, folder, highest=highest, progress=progress)
-    with_drift = [name for name, body in config.bodies.items() if body.drift is not None]
-    forces = HullWaves(coefficients, drift=tuple(with_drift))
+    drifting = ", ".join(name for name, body in config.bodies.items() if body.drift is not None)
+    note = f"second-order drift of {drifting} is left out: the response is that of first order"
+    forces = HullWaves(
+        coefficients=coefficients,
+        water=coefficients,
+        highest=float(coefficients.omega[-1]),
+        notes=[note] if drifting else [],
+    )
     program = program_of(
         config,
         coefficients,
@@ -191,8 +196,6 @@ def program_of(
     progress: Progress,
 ) -> Program:
     """The load of a configuration with its `coefficients`; `waves` and `memory` if made before."""
-    for text in current_doubts(config.current, has_waves=bool(wave_sections(config.waves))):
-        progress(f"warning: {text}")
     if config.current is not None and not config.feels_current:
         progress(
             "warning: the current acts on nothing: no body has drag in moving water (drag: {surge: "
@@ -209,7 +212,6 @@ def program_of(
         current=config.current,
         loads=config.loads,
         drift=read_drifts(config, folder, centers=centers, water=coefficients),
-        points=config.points,
         sea=sea,
         folder=folder,
         memory=memory,

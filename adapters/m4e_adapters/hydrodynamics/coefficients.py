@@ -150,11 +150,6 @@ class Coefficients:
         """True if the excitation is a function of the direction; after `towards` of one only."""
         return self.harmonics.size > 0
 
-    @property
-    def of_single_directions(self) -> bool:
-        """True in space if the excitation is known for single directions only."""
-        return self.dimensions == 3 and not self.has_harmonics
-
     def towards(self, direction: float) -> Coefficients:
         """The coefficients with the excitation for waves that travel to `direction` [deg].
 
@@ -213,12 +208,6 @@ class Coefficients:
     def motions(self) -> tuple[str, ...]:
         """The n motions as "<body> <motion>"."""
         return tuple(f"{body} {m.name}" for body in self.bodies for m in self.body_motions)
-
-    @property
-    def retardation(self) -> np.ndarray:
-        """K(jω) = B + jω(A − A∞) of the radiation memory, (nω, n, n) [N.s/m, N.s, N.m.s]."""
-        surplus = self.added_mass - self.added_mass_inf
-        return self.radiation_damping + 1j * self.omega[:, None, None] * surplus
 
     @property
     def memory_limits(self) -> np.ndarray:

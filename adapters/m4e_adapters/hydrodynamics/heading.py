@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.motions import X_Y_PAIRS
-from m4e_fmi.program import Recorder, Scalar, Variable, cos, sin
+from m4e_fmi.program import Scalar, cos, sin
 
 Number = Scalar | float
 PER_BODY = 6
@@ -60,20 +59,6 @@ class Axes:
         """World components of a `matrix` (n, n), in any unit, that is in these axes."""
         columns = [self.to_world([float(v) for v in column]) for column in matrix.T]
         return [self.to_world(row) for row in zip(*columns, strict=True)]
-
-
-def record_heading(recorder: Recorder, heading: Heading) -> Axes:
-    """The axes of the hulls."""
-    text = "heading of the reference pose: angle of the hulls' x axis, from +X towards +Y"
-    start = math.radians(heading.angle)
-    limits = (start, start) if heading.fixed else (-math.inf, math.inf)
-    given = recorder.parameter(
-        Variable(
-            "heading", "rad", text, start=start, display_unit="deg",
-            minimum=limits[0], maximum=limits[1],
-        )
-    )  # fmt: skip
-    return Axes.at(given)
 
 
 def reference_places(centers: np.ndarray, reference: Axes) -> list[tuple[Number, Number]]:

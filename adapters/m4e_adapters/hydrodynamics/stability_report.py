@@ -127,9 +127,10 @@ def _stability(hull: Hull, whole: Panels | None) -> Stability:
     return Stability(hull.name, center, hull.hydrostatics, inertias, curves)
 
 
-def stability_text(found: Sequence[Stability], water: Water) -> str:
-    """A table for each body."""
-    return "\n\n".join("\n".join(_lines(one, water)) for one in found)
+def stability_text(config: HydrodynamicsConfig, *, folder: Path) -> str:
+    """Hydrostatics and righting arms of all bodies: a table for each; InputError as above."""
+    found = stability_of(config, folder)
+    return "\n\n".join("\n".join(_lines(one, config.water)) for one in found)
 
 
 def _lines(one: Stability, water: Water) -> Iterator[str]:

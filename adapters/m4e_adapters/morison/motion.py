@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, Motion, point_in_space
+from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, point_in_space
 from m4e_adapters.morison.config import Member
 from m4e_adapters.morison.vectors import (
     ZERO,
@@ -75,11 +75,14 @@ def record_body(recorder: Recorder, body: str, center: tuple[float, ...], dims: 
     for motion in MOTIONS[dims]:
         text = f"{motion.position} of the centre of gravity, world frame"
         if motion.is_rotation:
-            text = f"{motion.name} angle from the reference pose" + _order(dims)
+            text = f"{motion.name} angle from the reference pose"
+            text += ", R = R_z(psi) R_y(theta) R_x(phi) from body to world axes" * (dims == 3)
         name, start = f"{body}.{motion.position}", starts.get(motion.position, 0.0)
         pose[motion.position] = recorder.input(Variable(name, motion.unit, text, start=start))
     for motion in MOTIONS[dims]:
-        text = f"rate of {body}.{motion.position}, world frame" if dims == 2 else _rate(motion)
+        what = "angular velocity" if motion.is_rotation else "velocity"
+        of = f"{what} of {motion.name}" if dims == 3 else f"rate of {body}.{motion.position}"
+        text = f"{of}, world frame"
         name, unit = f"{body}.{motion.velocity}", f"{motion.unit}/s"
         rates[motion.velocity] = recorder.input(Variable(name, unit, text))
     return BodyMotion(
@@ -89,12 +92,3 @@ def record_body(recorder: Recorder, body: str, center: tuple[float, ...], dims: 
         spin=(rates.get("omega_x", 0.0), rates["omega"], rates.get("omega_z", 0.0)),
         angles=(pose["phi"], pose["theta"], pose["psi"]),
     )
-
-
-def _order(dims: int) -> str:
-    return "" if dims == 2 else ", R = R_z(psi) R_y(theta) R_x(phi) from body to world axes"
-
-
-def _rate(motion: Motion) -> str:
-    what = "angular velocity" if motion.is_rotation else "velocity"
-    return f"{what} of {motion.name}, world frame"

@@ -15,7 +15,6 @@ from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import (
     RecordedCurrent,
-    current_doubts,
     record_current,
 )
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
@@ -103,7 +102,7 @@ def members_in_waves(
         return load_in_waves(recorder, config, member, known, body, flow)
 
     _record_members(recorder, config, flow, load)
-    return recorder.program(), MemberWaves(config, systems)
+    return recorder.program(), MemberWaves(config=config, systems=systems, water=config.water)
 
 
 def _systems(
@@ -149,8 +148,6 @@ def wave_height(systems: Sequence[WaveSystem]) -> float:
 def doubts(config: MorisonConfig, systems: Sequence[WaveSystem]) -> Iterator[str]:
     """Lines on waves that there are not, thick members, and what may count twice."""
     yield from lines_on(systems)
-    for text in current_doubts(config.current, has_waves=bool(systems)):
-        yield f"warning: {text}"
     thickest = max(config.members, key=lambda name: config.members[name].diameter)
     diameter = config.members[thickest].diameter
     shortest = min((system.length for system in systems), default=float("inf"))

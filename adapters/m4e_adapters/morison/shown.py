@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
-from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
+from m4e_adapters.hydrodynamics.seas.shown_water import shown_sea
 from m4e_adapters.morison.config import FIXED, Member, MorisonConfig
 from m4e_fmi.report.animation.shown import Shown, ShownHull
 from m4e_fmi.report.drawing.hulls import Hull, turned_hull
@@ -22,11 +22,7 @@ def shown(config: MorisonConfig, *, folder: Path, values: Mapping[str, float]) -
     ]
     if fixed := config.of_body(None):
         hulls.append(ShownHull(FIXED, _cylinders(fixed.values(), (0.0, 0.0)), fixed=True))
-    return Shown(
-        hulls=tuple(hulls),
-        water=shown_water(config.water, config.waves, folder=folder, values=values),
-        floor=floor_of(config.water),
-    )
+    return shown_sea(config.water, config.waves, folder=folder, values=values, hulls=tuple(hulls))
 
 
 def _cylinders(members: Iterable[Member], center: tuple[float, ...]) -> Hull:

@@ -21,7 +21,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import (
     point_in_space,
 )
 from m4e_adapters.hydrodynamics.seas.sea import ELEVATION_INPUT
-from m4e_adapters.hydrodynamics.seas.system_seas import FlowWaves
+from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
 from m4e_adapters.morison.config import Member, MorisonConfig
@@ -143,8 +143,8 @@ def _wrench(config: MorisonConfig, given: list[Number]) -> Load:
     return (found[0], found[1], found[2]), (found[3], found[4], found[5])
 
 
-@dataclass(frozen=True)
-class MemberWaves(FlowWaves):
+@dataclass(kw_only=True)
+class MemberWaves(SystemWaves):
     """Waves on the members of `config`: `m4e_fmi.analysis.response.WaveForces`."""
 
     config: MorisonConfig

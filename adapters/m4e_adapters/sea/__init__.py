@@ -5,6 +5,6 @@ in `program`; `config` has the keys.
 """
 
 from m4e_adapters.sea.config import SeaConfig
-from m4e_adapters.sea.program import sea_program
+from m4e_adapters.sea.program import sea_in_waves, sea_program
 
-__all__ = ["SeaConfig", "sea_program"]
+__all__ = ["SeaConfig", "sea_in_waves", "sea_program"]

@@ -21,14 +21,13 @@ from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_load import HullData, HullLoad, PressureData
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
+from m4e_adapters.hydrodynamics.seas.shown_water import shown_sea
 from m4e_adapters.hydrodynamics.seas.system_seas import wave_data
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.report.animation.shown import Shown
 from m4e_fmus.water import kind_in_water
 
 TRAVELS = ("hull_load.py",)
-MANY = 5000  # triangles of a hull, from which its cost is told
 
 
 def _build(
@@ -42,7 +41,11 @@ def _build(
         progress(f"warning: {text}")
     bodies = [_data(name, hull, config) for name, hull in hulls.items()]
     for body in bodies:
-        progress(_hull_text(body, config.water.density))
+        mass = body["neutral_mass"]
+        progress(
+            f"body {body['name']!r}: displaces {mass / config.water.density:.6g} m3 in the "
+            f"reference pose, neutral mass {mass:.6g} kg, {len(body['triangles'])} triangles"
+        )
     here, travels = Path(__file__).parent, Path(pressure.__file__).parent
     data = PressureData(
         bodies=bodies,
@@ -62,11 +65,8 @@ def _build(
 
 def _scene(config: HullPressureConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
     """The hulls and the water; `values` are those of parameters at the start."""
-    return Shown(
-        hulls=drawn_hulls(config.bodies, folder),
-        water=shown_water(config.water, config.waves, folder=folder, values=values),
-        floor=floor_of(config.water),
-    )
+    hulls = drawn_hulls(config.bodies, folder)
+    return shown_sea(config.water, config.waves, folder=folder, values=values, hulls=hulls)
 
 
 def _data(name: str, hull: Panels, config: HullPressureConfig) -> HullData:
@@ -84,21 +84,18 @@ def _data(name: str, hull: Panels, config: HullPressureConfig) -> HullData:
     )
 
 
-def _hull_text(body: HullData, density: float) -> str:
-    count, mass = len(body["triangles"]), body["neutral_mass"]
-    text = (
-        f"body {body['name']!r}: displaces {mass / density:.6g} m3 in the reference pose, neutral "
-        f"mass {mass:.6g} kg, {count} triangles"
-    )
-    if count <= MANY:
-        return text
-    return f"warning: {text}: each evaluation takes about {count / 10_000:.1f} ms in still water"
-
-
 def _variables(config: HullPressureConfig) -> Iterator[FmuVariable]:
     motions, waves = MOTIONS[config.dimensions], bool(wave_sections(config.waves))
     for body, section in config.bodies.items():
-        yield _neutral(body)
+        text = f"mass of the water that {body} displaces in the reference pose"
+        yield FmuVariable(
+            f"{body}.neutral_mass",
+            "kg",
+            text,
+            causality="calculatedParameter",
+            variability="fixed",
+            initial="calculated",
+        )
         yield from _inputs(body, motions, section.center_of_gravity)
         pose = [motion.position for motion in motions]
         level = tuple(f"{body}.{name}" for name in pose if name in "xy")
@@ -118,18 +115,6 @@ def _variables(config: HullPressureConfig) -> Iterator[FmuVariable]:
     if waves:
         text = "elevation of the undisturbed water at x = y = 0"
         yield _output("wave.elevation", "m", text, ())
-
-
-def _neutral(body: str) -> FmuVariable:
-    text = f"mass of the water that {body} displaces in the reference pose"
-    return FmuVariable(
-        f"{body}.neutral_mass",
-        "kg",
-        text,
-        causality="calculatedParameter",
-        variability="fixed",
-        initial="calculated",
-    )
 
 
 def _inputs(

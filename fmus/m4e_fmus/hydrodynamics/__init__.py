@@ -15,15 +15,10 @@ from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.refinement import refinement
-from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
-from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
+from m4e_adapters.hydrodynamics.seas.shown_water import shown_sea
+from m4e_adapters.hydrodynamics.stability_report import stability_text
 from m4e_fmi.report.animation.shown import Shown, ShownHull
 from m4e_fmus.water import kind_in_water
-
-
-def _stability(config: HydrodynamicsConfig, *, folder: Path) -> str:
-    """Hydrostatics and righting arms of all bodies as text."""
-    return stability_text(stability_of(config, folder), config.water)
 
 
 def _scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
@@ -32,11 +27,8 @@ def _scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, fl
     InputError for files that cannot be read.
     """
     heading = values.get("heading", math.radians(config.heading))
-    return Shown(
-        hulls=tuple(_headed(config, hull, heading) for hull in drawn_hulls(config.bodies, folder)),
-        water=shown_water(config.water, config.waves, folder=folder, values=values),
-        floor=floor_of(config.water),
-    )
+    hulls = tuple(_headed(config, hull, heading) for hull in drawn_hulls(config.bodies, folder))
+    return shown_sea(config.water, config.waves, folder=folder, values=values, hulls=hulls)
 
 
 def _headed(config: HydrodynamicsConfig, hull: ShownHull, heading: float) -> ShownHull:
@@ -82,7 +74,7 @@ KIND = kind_in_water(
     outline=check_config,
     scene=_scene,
     response=program_in_waves,
-    stability=_stability,
+    stability=stability_text,
     coefficients=hydrodynamic_data,
     config_of_file=config_of_file,
     refinement=_refinement,

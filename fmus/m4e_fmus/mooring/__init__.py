@@ -14,11 +14,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from m4e_adapters import moordyn
-from m4e_adapters.hydrodynamics.seas.system_seas import water_program
+from m4e_adapters.hydrodynamics.seas.system_seas import lines_on, water_program
 from m4e_adapters.hydrodynamics.seas.water import moving_water
 from m4e_adapters.moordyn import Fairlead, Mooring, MooringConfig
 from m4e_adapters.moordyn.mooring import Sea
-from m4e_adapters.sea.program import tell_doubts
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable
@@ -84,7 +83,8 @@ def _build(
     )
     if mooring.sea is None:
         return source
-    tell_doubts(mooring.sea.waves, mooring.sea.current, progress)
+    for line in lines_on(mooring.sea.waves):
+        progress(line)
     return _in_moving_water(
         source, mooring.sea, in_space=config.dimensions == 3, fastest=mooring.fastest
     )

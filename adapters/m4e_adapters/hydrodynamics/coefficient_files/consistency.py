@@ -170,12 +170,23 @@ def _long_waves(c: Coefficients) -> Iterator[Relation]:
         place = c.own(number).start + c.heave
         stiffness = float(c.hydrostatic_stiffness[place, place])
         heave = float(own[c.heave].real)
-        if stiffness > 0.1 * c.density * c.gravity * float(np.cbrt(volumes[number])) ** 2:
+        least = 0.1 * c.density * c.gravity * float(np.cbrt(volumes[number])) ** 2
+        if stiffness > least:
+            off = abs(heave / stiffness - 1.0)
             text = (
                 f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, the "
                 f"hydrostatic stiffness {stiffness:.4g} N/m"
             )
-            yield Relation("long waves", text, abs(heave / stiffness - 1.0) > OFF_LONG)
+            yield Relation("long waves", text, bool(off > OFF_LONG))
+            continue
+        inertia = c.density * volumes[number] + abs(float(c.added_mass[0, place, place]))
+        submerged = 2.0 * (float(c.omega[0]) ** 2 * inertia + abs(stiffness))
+        if abs(heave) > max(0.5 * least, submerged):
+            text = (
+                f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, as of a "
+                f"body in the surface, the hydrostatic stiffness {stiffness:.4g} N/m"
+            )
+            yield Relation("long waves", text, True)
 
 
 def surge_share(c: Coefficients, relative: np.ndarray, direction: float) -> float:

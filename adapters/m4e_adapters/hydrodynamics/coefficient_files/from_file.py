@@ -22,7 +22,6 @@ from m4e_adapters.hydrodynamics.coefficient_files.directions import (
 from m4e_adapters.hydrodynamics.coefficient_files.file_data import KEYS, SIX, FileData, refused
 from m4e_adapters.hydrodynamics.coefficient_files.matching import (
     MatchedBody,
-    lever_arms,
     matched_bodies,
     matched_water,
     told_bodies,
@@ -104,7 +103,11 @@ def read_for(config: HydrodynamicsConfig, *, folder: Path) -> FromFile:
 def _about_centers(data: FileData, bodies: Sequence[MatchedBody]) -> FileData:
     """The data of the `bodies`, in their order, for motions about their centres of gravity."""
     places = np.concatenate([np.arange(SIX) + SIX * body.number for body in bodies])
-    arms = lever_arms(bodies)
+    arms = np.eye(len(places))  # motions about reference points by those about centres of gravity
+    for k, body in enumerate(bodies):
+        x, y, z = body.arm.tolist()
+        turned = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # rotation × arm
+        arms[SIX * k : SIX * k + 3, SIX * k + 3 : SIX * k + 6] = turned
 
     def moved(values: np.ndarray) -> np.ndarray:
         return arms.T @ values[..., places[:, None], places] @ arms

@@ -10,7 +10,6 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficient_files.file_data import (
     KEYS,
-    SIX,
     FileBody,
     FileData,
     Point,
@@ -183,14 +182,3 @@ def told_bodies(
 
 def _place(point: Point) -> str:
     return "({:.6g}, {:.6g}, {:.6g}) m".format(*point)
-
-
-def lever_arms(bodies: Sequence[MatchedBody]) -> np.ndarray:
-    """Motions about the reference points by those about centres of gravity, (6N, 6N) [1, m]."""
-    size = SIX * len(bodies)
-    found = np.eye(size)
-    for k, body in enumerate(bodies):
-        x, y, z = body.arm.tolist()
-        turned = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # rotation × arm
-        found[SIX * k : SIX * k + 3, SIX * k + 3 : SIX * k + 6] = turned
-    return found

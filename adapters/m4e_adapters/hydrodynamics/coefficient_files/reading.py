@@ -38,7 +38,13 @@ def read_coefficient_file(path: Path) -> FileData:
 
 def _in_order(data: FileData) -> FileData:
     """The data at finite positive frequencies, increasing; A∞ taken from ω = ∞ if it is there."""
-    data = _without_twins(_infinite_row(data))
+    infinite = np.isposinf(data.omega)
+    if infinite.any():
+        row = data.added_mass[infinite][0]
+        data = data.chosen(~infinite)
+        if data.added_mass_inf is None and np.isfinite(row).all():
+            data = replace(data, added_mass_inf=row)
+    data = _without_twins(data)
     positive = np.flatnonzero(data.omega > 0)
     if len(positive) < len(data.omega):
         data = data.chosen(positive).with_notes("left out the values at frequency 0")
@@ -58,18 +64,6 @@ def _in_order(data: FileData) -> FileData:
         )
         raise refused(text, "compute more frequencies")
     return data
-
-
-def _infinite_row(data: FileData) -> FileData:
-    """The data without rows at ω = ∞, which give A∞ unless the file has one."""
-    infinite = np.flatnonzero(np.isposinf(data.omega))
-    if not len(infinite):
-        return data
-    row = data.added_mass[infinite[0]]
-    rest = data.chosen(~np.isposinf(data.omega))
-    if data.added_mass_inf is None and np.isfinite(row).all():
-        rest = replace(rest, added_mass_inf=row)
-    return rest
 
 
 def _without_gaps(data: FileData) -> FileData:

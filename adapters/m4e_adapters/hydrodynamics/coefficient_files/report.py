@@ -14,10 +14,13 @@ from m4e_adapters.hydrodynamics.coefficient_files.from_file import read_for
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
+from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_fmi.analysis.hydrodynamic_data import FittedMemory, HydrodynamicData, Motion
 from m4e_fmi.errors import InputError
 
+Group = RadiationGroup | ConvolutionGroup
 TIMES, FREQUENCIES = 400, 400
 LONGEST = 60.0  # s of the memory that is shown
 DECAYED = 0.01  # of its largest value, to which the memory is shown
@@ -71,11 +74,18 @@ def hydrodynamic_data(
         if not re.search(r"\d+ of \d+$", text):
             notes.append(text)
 
-    c, found = _known(config, folder, report, notes)
+    if config.coefficients is None:
+        c = coefficients_from_config(config, folder=folder, progress=report)
+        found: Sequence[Relation] = findings(c)
+    else:
+        read = read_for(config, folder=folder)
+        notes += read.notes
+        c, found = read.coefficients, read.findings
+        c = c if config.body_to_body else c.without_interaction()
     fitted, faults = _fitted(c, config, report)
     program = program_of(config, c, name=name, folder=folder, memory=fitted, progress=progress)
     fit_omega = np.linspace(0.0, float(c.omega[-1]), FREQUENCIES + 1)[1:]
-    transfer = _transfer(fitted, fit_omega)
+    transfer = _of_all(fitted, len(fit_omega), lambda group: group.transfer(fit_omega))
     time = _times(fitted, c)
     directions, table = _excitation(c)
     return HydrodynamicData(
@@ -114,22 +124,6 @@ def hydrodynamic_data(
     )
 
 
-def _known(
-    config: HydrodynamicsConfig, folder: Path, report: Callable[[str], object], notes: list[str]
-) -> tuple[Coefficients, Sequence[Relation]]:
-    """The coefficients, computed or read, and what is found of them; `notes` of a file are added.
-
-    InputError for waves that those of a file are not for.
-    """
-    if config.coefficients is None:
-        computed = coefficients_from_config(config, folder=folder, progress=report)
-        return computed, findings(computed)
-    read = read_for(config, folder=folder)
-    notes += read.notes
-    c = read.coefficients if config.body_to_body else read.coefficients.without_interaction()
-    return c, read.findings
-
-
 def _fitted(
     c: Coefficients, config: HydrodynamicsConfig, report: Callable[[str], object]
 ) -> tuple[RadiationMemory, list[tuple[str, str, bool]]]:
@@ -143,21 +137,18 @@ def _fitted(
         return RadiationMemory((), c.added_mass_inf), faults
 
 
-def _transfer(fitted: RadiationMemory, omega: np.ndarray) -> np.ndarray:
-    """K(jω) of all motions, (m, n, n)."""
-    n = len(fitted.added_mass_inf)
-    found = np.zeros((len(omega), n, n), dtype=complex)
+def _of_all(
+    fitted: RadiationMemory, count: int, values: Callable[[Group], np.ndarray]
+) -> np.ndarray:
+    """The `values` (count, k, k) of each group in the place of its motions, (count, n, n)."""
+    found = np.zeros((count, *fitted.added_mass_inf.shape), dtype=complex)
     for group in fitted.groups:
-        found[:, *np.ix_(group.motions, group.motions)] = group.transfer(omega)
+        found[:, *np.ix_(group.motions, group.motions)] = values(group)
     return found
 
 
 def _memory(fitted: RadiationMemory, time: np.ndarray) -> np.ndarray:
-    n = len(fitted.added_mass_inf)
-    found = np.zeros((len(time), n, n))
-    for group in fitted.groups:
-        found[:, *np.ix_(group.motions, group.motions)] = group.impulse_response(time)
-    return found
+    return np.real(_of_all(fitted, len(time), lambda group: group.impulse_response(time)))
 
 
 def _times(fitted: RadiationMemory, c: Coefficients) -> np.ndarray:

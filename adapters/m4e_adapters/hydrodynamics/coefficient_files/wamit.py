@@ -124,12 +124,6 @@ def _rows(path: Path, suffix: str) -> Rows:
         shorter = 1 if suffix == ".1" else 0
         return read_rows(path, ROWS[suffix], shorter=shorter, largest=LARGEST_COEFFICIENTS)
     remedy = f"WAMIT's {suffix} file has the {CONTENTS[suffix]}: put it beside the others"
-    if suffix == ".3":
-        remedy += " (a .2 file, by Haskind's relation, has the same form: rename it)"
-    folder = path.parent if path.parent.is_dir() else Path()
-    for other in folder.glob("*"):
-        if other.name.lower() == path.name.lower():
-            remedy = f"rename {other.name} to {path.name}: letters are of another case"
     raise refused(f"no such file: {path}", remedy)
 
 

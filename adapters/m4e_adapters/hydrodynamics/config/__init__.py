@@ -7,7 +7,6 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.config.sections import (
     Body,
-    BodyPoint,
     Drag,
     Drift,
     Frequencies,
@@ -36,7 +35,6 @@ from m4e_adapters.hydrodynamics.config.waves import (
     SpectrumTable,
     Spreading,
     Still,
-    Tma,
     Waves,
     WaveSection,
     current_problems,
@@ -47,7 +45,6 @@ __all__ = [
     "PEAK_ENHANCEMENT",
     "AnyWaves",
     "Body",
-    "BodyPoint",
     "Box",
     "Component",
     "ComponentWaves",
@@ -70,7 +67,6 @@ __all__ = [
     "Sphere",
     "Spreading",
     "Still",
-    "Tma",
     "Water",
     "WaveSection",
     "Waves",

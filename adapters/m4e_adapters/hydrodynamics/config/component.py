@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, model_validator
@@ -12,7 +12,6 @@ from m4e_adapters.hydrodynamics.config.numbers import Finite, Place
 from m4e_adapters.hydrodynamics.config.sections import (
     NAME,
     Body,
-    BodyPoint,
     Frequencies,
     Loads,
     Radiation,
@@ -25,7 +24,6 @@ from m4e_adapters.hydrodynamics.config.waves import (
     Waves,
     flow_problems,
 )
-from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected_at
 
 Keys = tuple[str | int, ...]
@@ -89,8 +87,7 @@ class HydrodynamicsConfig(Section):
     through the middle of their centres of gravity. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another. Of `points` the height above
-    the undisturbed waves is an output.
+    body's motion on another.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -99,7 +96,6 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
-    points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
@@ -108,8 +104,10 @@ class HydrodynamicsConfig(Section):
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_without_effect(self)]
-        wrong += _named_otherwise("bodies", OWN_NAMES, self.bodies)
+        wrong = [*misplaced(self.bodies, self.dimensions), *_without_effect(self)]
+        for name in (name for name in self.bodies if name in OWN_NAMES):
+            text = f"the name {name!r} has another meaning here"
+            wrong.append(rejected_at(("bodies", name), text, "give it another name"))
         wrong += flow_problems(
             self.waves, self.current, depth=self.water.depth, dimensions=self.dimensions
         )
@@ -192,29 +190,6 @@ def _missing(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
             others = ", ".join(set(config.bodies) - {name}) or "there is none"
             yield rejected_at(("bodies", name, "slides_on"), text, f"name another body: {others}")
-
-
-def _named_otherwise(
-    key: str, taken: Collection[str], names: Iterable[str]
-) -> Iterator[InitErrorDetails]:
-    """Those of the `names` under `key` that are `taken`."""
-    for name in names:
-        if name in taken:
-            text = f"the name {name!r} has another meaning here"
-            yield rejected_at((key, name), text, "give it another name")
-
-
-def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Points of bodies that are not there, with names of others or with wrong coordinates."""
-    yield from _named_otherwise("points", (*OWN_NAMES, *config.bodies), config.points)
-    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
-    for name, point in config.points.items():
-        if point.body not in config.bodies:
-            text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
-            yield rejected_at(("points", name, "body"), text, remedy)
-        if len(point.at) != config.dimensions:
-            text = f"'at' has {len(point.at)} coordinates, expected {axes}"
-            yield rejected_at(("points", name, "at"), text, f"write {axes}")
 
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:

@@ -104,15 +104,6 @@ class Body(Section):
     slides_on: str | None = None
 
 
-class BodyPoint(Section):
-    """A point of a `body`, as the edge of a deck: `at` [x, z] [m] in the reference pose, [x, y, z]
-    in space, where the heading counts as 0.
-    """
-
-    body: str
-    at: Place
-
-
 class Frequencies(Section):
     """Angular frequencies at which the potential flow is solved: `count`, equally spaced, from
     `minimum` to `maximum` [rad/s].

@@ -132,17 +132,6 @@ class Jonswap(_Irregular):
     peak_enhancement: Annotated[float, Field(ge=PEAK_ENHANCEMENT[0], le=PEAK_ENHANCEMENT[1])] = 3.3
 
 
-class Tma(Jonswap):
-    """TMA sea, JONSWAP in water of a finite depth (Bouws et al., 1985): keys as of JONSWAP.
-
-    `significant_height` [m], `peak_period` [s], `peak_enhancement` γ [1], `direction` [deg],
-    `ramp_time` [s]. The form of JONSWAP is multiplied by tanh² kh/(1 + 2kh/sinh 2kh); the height is
-    that of the result.
-    """
-
-    spectrum: Literal["tma"]  # pyrefly: ignore[bad-override]
-
-
 class PiersonMoskowitz(_Irregular):
     """Pierson-Moskowitz sea in Bretschneider's form of two parameters, by either name.
 
@@ -242,7 +231,7 @@ class Still(Section):
     spectrum: Literal["still"]
 
 
-WaveSection = Jonswap | Tma | PiersonMoskowitz | SpectrumTable | ComponentWaves | Record | Regular
+WaveSection = Jonswap | PiersonMoskowitz | SpectrumTable | ComponentWaves | Record | Regular
 """One system of waves."""
 AnySection = Annotated[WaveSection | Still, Discriminator("spectrum")]
 MOST_SYSTEMS = 9

@@ -136,10 +136,6 @@ def _check_frequencies(table: MeanDrift | Qtf, systems: Sequence[WaveSystem], te
         )
 
 
-FULL_REFLECTION = 0.5  # mean drift per width of a body that sends all waves back, over ρ g
-DOUBTFUL = 20.0  # width of a body over the cube root of its displaced volume
-
-
 def read_drifts(
     config: HydrodynamicsConfig,
     folder: Path,
@@ -173,7 +169,6 @@ def _placed(error: InputError, body: str) -> list[Problem]:
 
 def matched_drifts(
     drift: Mapping[str, BodyDrift],
-    coefficients: Coefficients,
     systems: Sequence[WaveSystem],
     heading: float,
     tell: Tell,
@@ -184,31 +179,12 @@ def matched_drifts(
     """
     found, problems = dict[str, Drifting](), list[Problem]()
     for name, own in drift.items():
-        _doubt(own, name, coefficients, tell)
         try:
             found[name] = matched(own.table, systems, heading=heading, tell=tell)
         except InputError as error:
             problems += _placed(error, name)
     InputError.raise_for(problems)
     return found
-
-
-def _doubt(drift: BodyDrift, body: str, coefficients: Coefficients, tell: Tell) -> None:
-    """Warn of forces that no body of that size has, as those of another unit or length scale."""
-    k = coefficients.bodies.index(body)
-    weight = coefficients.density * coefficients.gravity
-    heave = coefficients.own(k).start + coefficients.heave
-    size = math.cbrt(max(float(coefficients.buoyancy[heave]), 0.0) / weight)
-    table = drift.table if isinstance(drift.table, MeanDrift) else drift.table.mean
-    forces = [m for m, motion in enumerate(table.motions) if not motion.is_rotation]
-    largest = float(np.abs(table.values[:, :, forces]).max(initial=0.0))
-    if largest > DOUBTFUL * FULL_REFLECTION * weight * size > 0.0:
-        width = largest / (FULL_REFLECTION * weight)
-        tell(
-            f"warning: {table.name}: the largest mean drift, {largest:.3g} N/m2, is that of a wall "
-            f"of {width:.3g} m that reflects all waves; body {body!r} displaces a cube of "
-            f"{size:.3g} m: are length_scale (ULEN) and units right?"
-        )
 
 
 def record_drifts(

@@ -203,17 +203,11 @@ def read_drift(
         weight = water.density * water.gravity
         table = read(path, body=section.body, scale=section.length_scale, weight=weight)
     else:
-        raise InputError.single(*_refused(path.name, suffix), keys=("drift", "file"))
+        text = f"{path.name}: the suffix {suffix!r} is not one of drift forces"
+        raise InputError.single(text, FORMATS, keys=("drift", "file"))
     point = point_in_space(section.reference_point or center)
     arm = np.subtract(point, point_in_space(center)).tolist()
     return BodyDrift(of_motions(about(table, arm), motions), (arm[0], arm[1]))
-
-
-def _refused(name: str, suffix: str) -> tuple[str, str]:
-    if suffix in (".10s", ".11s", ".12s"):
-        text = f"{name}: forces of sums of frequencies are not computed"
-        return text, f"name the file of differences, {suffix[:-1]}d"
-    return f"{name}: the suffix {suffix!r} is not one of drift forces", FORMATS
 
 
 def _read_csv(path: Path, names: list[str]) -> MeanDrift:

@@ -48,19 +48,6 @@ def content_key(content: Mapping[str, ArrayLike]) -> str:
     return digest.hexdigest()[:32]
 
 
-def load(key: str) -> dict[str, np.ndarray] | None:
-    """The arrays stored under `key`, read-only, with the shape of then, in SI units, or None.
-
-    DamagedError if the file is not what was stored, OSError if it cannot be read.
-    """
-    path = _path(key)
-    try:
-        state = path.stat()
-        return dict(_read(key, path, state.st_mtime_ns, state.st_size))
-    except FileNotFoundError:
-        return None
-
-
 @lru_cache(maxsize=512)
 def _read(key: str, path: Path, _changed: int, _size: int) -> dict[str, np.ndarray]:
     """The arrays of a file, which cannot be written to: read once while it stays as it is."""
@@ -74,24 +61,17 @@ def _read(key: str, path: Path, _changed: int, _size: int) -> dict[str, np.ndarr
     return arrays
 
 
-def store(key: str, arrays: Mapping[str, np.ndarray]) -> None:
-    """Keep `arrays` (any shape of each, SI) under `key`; RunError if that cannot be written."""
-    packed = io.BytesIO()
-    np.savez_compressed(packed, allow_pickle=False, **arrays)
-    content = packed.getvalue()
-    path = _path(key)
-    remove_leftovers(path.parent)
-    with written(path) as part:
-        part.write_bytes(_hash(key, content) + content)
-
-
 def found(key: str, progress: Callable[[str], object]) -> dict[str, np.ndarray] | None:
-    """The arrays stored under `key`, with the shape of then, in SI units, or None.
+    """The arrays stored under `key`, read-only, with the shape of then, in SI units, or None.
 
     `progress` is told of what is there but cannot be used.
     """
+    path = _path(key)
     try:
-        return load(key)
+        state = path.stat()
+        return dict(_read(key, path, state.st_mtime_ns, state.st_size))
+    except FileNotFoundError:
+        return None
     except (_DamagedError, OSError) as error:
         progress(f"coefficients in the cache cannot be used and are computed again: {error}")
         return None
@@ -99,8 +79,14 @@ def found(key: str, progress: Callable[[str], object]) -> dict[str, np.ndarray] 
 
 def keep(key: str, arrays: Mapping[str, np.ndarray], progress: Callable[[str], object]) -> None:
     """Keep `arrays` (any shape of each, SI) under `key`, or tell `progress` why that fails."""
+    packed = io.BytesIO()
+    np.savez_compressed(packed, allow_pickle=False, **arrays)
+    content = packed.getvalue()
+    path = _path(key)
     try:
-        store(key, arrays)
+        remove_leftovers(path.parent)
+        with written(path) as part:
+            part.write_bytes(_hash(key, content) + content)
     except RunError as error:
         progress(f"the coefficients are not cached: {error.message}")
 

@@ -119,20 +119,16 @@ def read_mesh(path: Path, *, scale: float = 1.0) -> Panels:
     elif kind in READERS:
         panels = READERS[kind](content)
     elif kind in BY_CAPYTAINE:
-        panels = _by_capytaine(BY_CAPYTAINE[kind], content)
+        kind = BY_CAPYTAINE[kind]
+        capytaine, text = import_capytaine(), io.StringIO(content.decode(errors="replace"))
+        try:
+            mesh = capytaine.load_mesh(text, file_format=kind).merged()
+        except Exception as error:  # readers of other programs' formats raise what they like
+            raise MeshFileError(f"it is damaged, or not of the format {kind}") from error
+        panels = Panels(np.asarray(mesh.vertices), np.asarray(mesh.faces)).merged()
     else:
         raise MeshFileError(f"the format {kind or 'without a suffix'} is not known")
     return Panels(scale * panels.vertices, panels.faces)
-
-
-def _by_capytaine(kind: str, content: bytes) -> Panels:
-    """The panels that Capytaine finds in a file of that format and content."""
-    capytaine, text = import_capytaine(), io.StringIO(content.decode(errors="replace"))
-    try:
-        mesh = capytaine.load_mesh(text, file_format=kind).merged()
-    except Exception as error:  # readers of other programs' formats raise what they like
-        raise MeshFileError(f"it is damaged, or not of the format {kind}") from error
-    return Panels(np.asarray(mesh.vertices), np.asarray(mesh.faces)).merged()
 
 
 Keys = tuple[str | int, ...]

@@ -196,14 +196,9 @@ def _outwards(panels: Panels) -> np.ndarray:
             one, other = panels.vertices[sharp[v]]
             along = (other - one) / np.linalg.norm(other - one)
             apart = point - 0.5 * (one + other)
-            if (point - one) @ along > 0.0 > (point - other) @ along and _smooth(
-                point - one, other - point
-            ):
+            before, after = point - one, other - point
+            lengths = float(np.linalg.norm(before) * np.linalg.norm(after))
+            goes_on = float(before @ after) > limit * lengths  # but for a curve
+            if before @ along > 0.0 > (point - other) @ along and goes_on:
                 result[v] = ALONG_EDGES * (apart - (apart @ along) * along)
     return result
-
-
-def _smooth(first: np.ndarray, second: np.ndarray) -> bool:
-    """If two pieces (3,) [m] of an edge go on in one direction, but for a curve."""
-    lengths = float(np.linalg.norm(first) * np.linalg.norm(second))
-    return float(first @ second) > math.cos(math.radians(RIDGE)) * lengths

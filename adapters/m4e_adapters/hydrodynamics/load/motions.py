@@ -15,7 +15,6 @@ from m4e_adapters.hydrodynamics.heading import (
     Axes,
     Heading,
     Number,
-    record_heading,
     reference_places,
 )
 from m4e_fmi.program import Recorder, Scalar, Variable, atan2
@@ -54,7 +53,14 @@ def record_motions(recorder: Recorder, coefficients: Coefficients, heading: Head
     if coefficients.dimensions == 2:
         position, velocity = _record_inputs(recorder, coefficients, heading)
         return Motions(position, velocity, position)
-    axes = record_heading(recorder, heading)
+    text = "heading of the reference pose: angle of the hulls' x axis, from +X towards +Y"
+    start = math.radians(heading.angle)
+    limits = (start, start) if heading.fixed else (-math.inf, math.inf)
+    given = Variable(
+        "heading", "rad", text, start=start, display_unit="deg",
+        minimum=limits[0], maximum=limits[1],
+    )  # fmt: skip
+    axes = Axes.at(recorder.parameter(given))
     position, velocity = _record_inputs(recorder, coefficients, heading)
     places = reference_places(coefficients.centers, axes)
     displacement = _in_heading_axes(position, axes, places, coefficients.centers)

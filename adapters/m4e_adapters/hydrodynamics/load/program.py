@@ -22,7 +22,6 @@ from pathlib import Path
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import (
     AnyWaves,
-    BodyPoint,
     Current,
     Drag,
     Loads,
@@ -32,7 +31,6 @@ from m4e_adapters.hydrodynamics.drift.bodies import matched_drifts, record_drift
 from m4e_adapters.hydrodynamics.drift.recording import Directed
 from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import Heading
-from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
 from m4e_adapters.hydrodynamics.load.drag import (
     InWater,
     record_drag,
@@ -65,7 +63,6 @@ def hydrodynamics_program(
     heading: Heading | None = None,
     loads: Loads | None = None,
     drift: Mapping[str, BodyDrift] | None = None,
-    points: Mapping[str, BodyPoint] | None = None,
     sea: RecordSea = record_sea,
     memory: RadiationMemory | None = None,
     folder: Path = Path(),
@@ -83,7 +80,6 @@ def hydrodynamics_program(
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
     drift : second-order drift by body name.
-    points : of bodies, whose air gaps are outputs.
     sea : records the waves and gives the excitation of each motion.
     memory : of the radiation; None: it is fitted.
     folder : where files of the waves are.
@@ -99,7 +95,16 @@ def hydrodynamics_program(
         `moment_z`.
     """
     acting, given, drags = loads or Loads(), drift or {}, drag or {}
-    _check_excitation(coefficients, acting)
+    if coefficients.excited_by != acting.excitation:
+        # the whole excitation, as files have it, cannot be divided
+        wanted, known = (
+            " and ".join(p) or "none" for p in (acting.excitation, coefficients.excited_by)
+        )
+        raise InputError.single(
+            f"the loads have {wanted} of the excitation, the coefficients {known} as a whole",
+            "switch froude_krylov and diffraction on, or give coefficients with their parts",
+            keys=("loads",),
+        )
     heading = heading or Heading()
     made = wave_systems(
         waves or (), depth=coefficients.depth, gravity=coefficients.gravity, folder=folder
@@ -107,9 +112,9 @@ def hydrodynamics_program(
     systems = [
         own.within(float(coefficients.omega[0]), float(coefficients.omega[-1])) for own in made
     ]
-    drifts = matched_drifts(given, coefficients, systems, heading.angle, progress)
+    drifts = matched_drifts(given, systems, heading.angle, progress)
     directed = towards_each(coefficients, systems, heading=heading.angle)
-    of_single = bool(systems) and coefficients.of_single_directions
+    of_single = bool(systems) and coefficients.dimensions == 3 and not coefficients.has_harmonics
     if of_single or not all(isinstance(own, Directed) for own in drifts.values()):
         heading = replace(heading, fixed=True)
         systems = [replace(system, fixed=True) for system in systems]
@@ -124,7 +129,7 @@ def hydrodynamics_program(
     parts: dict[str, Vector] = {}
     if memory is not None and acting.radiation != "none":
         parts["radiation"] = record_memory(recorder, memory.groups, coefficients, moved.velocity)
-    hulls = _hulls(coefficients, moved, directed, acting, drags, current, points or {})
+    hulls = _hulls(coefficients, moved, directed, acting, drags, current)
     met = sea(recorder, systems, coefficients, hulls)
     if excited_by := coefficients.excited_by:
         whole = excited_by[0] if len(excited_by) == 1 else "excitation"
@@ -146,7 +151,6 @@ def hydrodynamics_program(
         record_outputs(recorder, body, coefficients, acts, moved.axes, drifts=shown)
         held = () if acting.displaced else systems
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, held)
-    record_air_gaps(recorder, coefficients, moved, hulls.points, met.levels)
     if "radiation" in parts and memory is not None:
         publish_added_mass(recorder, coefficients, memory.added_mass_inf, moved.axes)
     return recorder.program()
@@ -159,13 +163,11 @@ def _hulls(
     loads: Loads,
     drags: Mapping[str, Drag],
     current: Current | None,
-    points: Mapping[str, BodyPoint],
 ) -> HullsInSea:
-    """Where the waves are wanted: at bodies, at points for air gaps, and where drag acts.
+    """Where the waves are wanted: at bodies, and where drag acts.
 
     Where bodies are displaced, they meet the waves of where they have come to.
     """
-    on_bodies = points_on_bodies(coefficients, points)
     usual = "still" if current is None else "moving"
     in_water = [
         InWater(k, min(float(coefficients.places[k][2]), 0.0))
@@ -177,25 +179,7 @@ def _hulls(
         directed,
         heading=moved.axes.angle if moved.axes else 0.0,
         places=moved.places,
-        points=on_bodies,
         in_water=in_water,
-        gauges=[point.place(coefficients, moved.axes) for point in on_bodies],
         waters=[body.place(coefficients, moved.axes, offsets) for body in in_water],
         offsets=offsets,
     )
-
-
-def _check_excitation(coefficients: Coefficients, loads: Loads) -> None:
-    """InputError if the excitation of `coefficients` consists of other parts than those of `loads`.
-
-    The whole excitation, as files have it, cannot be divided without the part that is left out.
-    """
-    if coefficients.excited_by != loads.excitation:
-        wanted, known = (
-            " and ".join(p) or "none" for p in (loads.excitation, coefficients.excited_by)
-        )
-        raise InputError.single(
-            f"the loads have {wanted} of the excitation, the coefficients {known} as a whole",
-            "switch froude_krylov and diffraction on, or give coefficients with their parts",
-            keys=("loads",),
-        )

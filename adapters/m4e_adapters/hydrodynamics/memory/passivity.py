@@ -154,7 +154,9 @@ class _Combinations:
 
         Without `proven` it is passive on a grid only.
         """
-        grid, solution = _grid(self.samples.omega.max()), self.target
+        highest, solution = self.samples.omega.max(), self.target
+        inner, outer = np.linspace(0.0, 2.0, 160), np.geomspace(2.0, 20.0, 30)
+        grid = np.concatenate([highest * inner, highest * outer[1:], [np.inf]])
         for _ in range(ROUNDS):
             if known.omega:
                 step, active = _nearest(self._conditions(known), self.target.ravel())
@@ -201,12 +203,6 @@ class _Combinations:
         ends = [[-2 * p.real, 2 * p.imag] if p.imag > 0 else [-p.real] for p in self.poles]
         found[~finite] = np.concatenate(ends) / reference**2
         return found
-
-
-def _grid(highest: float) -> np.ndarray:
-    """Where passivity is looked at first [rad/s], from 0 to ∞."""
-    inner, outer = np.linspace(0.0, 2.0, 160), np.geomspace(2.0, 20.0, 30)
-    return np.concatenate([highest * inner, highest * outer[1:], [np.inf]])
 
 
 def _minima(values: np.ndarray) -> np.ndarray:

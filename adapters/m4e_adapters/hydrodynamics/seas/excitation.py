@@ -50,8 +50,13 @@ def excitation_of(
     else:
         most = coefficients.harmonics.shape[1] // 2
         turns = multiples(waves.direction - heading, most)
+    if not _changes(waves) and not waves.offsets.any():
+        at_centers = _between_knots(coefficients, np.array(waves.omega, dtype=float), turns)
+    else:
+        table = _harmonics(coefficients, waves)
+        at_centers = ([_sum(column, turns) for column in own] for own in table)
     rows = []
-    for k, own in enumerate(_at_centers(coefficients, waves, turns)):
+    for k, own in enumerate(at_centers):
         c, s = waves.along(k)
         ways = [waves.number[k] * (x * c + y * s) for x, y in places]
         phases = [(cos(way), sin(way)) for way in ways]
@@ -63,26 +68,14 @@ def excitation_of(
     return rows
 
 
-def _at_centers(
-    coefficients: Coefficients, waves: RecordedWaves, turns: Sequence[Pair]
-) -> Iterator[list[Pair]]:
-    """Excitation of each component and motion by the wave at the bodies' centres.
-
-    `turns` are cos jb and sin jb of the angle b between waves and hulls.
-    """
-    if not _changes(waves) and not waves.offsets.any():
-        yield from _between_knots(coefficients, np.array(waves.omega, dtype=float), turns)
-        return
-    for own in _harmonics(coefficients, waves):
-        yield [_sum(column, turns) for column in own]
-
-
 def _between_knots(
     coefficients: Coefficients, omega: np.ndarray, turns: Sequence[Pair]
 ) -> Iterator[list[Pair]]:
-    """As `_at_centers` for `omega` (k,) [rad/s]: values and slopes at knots, and splines between.
+    """Excitation of each component and motion by the wave at the bodies' centres.
 
-    Above the last knot as `Coefficients.harmonics_at`.
+    `turns` are cos jb and sin jb of the angle b between waves and hulls. For `omega` (k,) [rad/s]
+    values and slopes at knots, and splines between. Above the last knot as
+    `Coefficients.harmonics_at`.
     """
     knots, values, slopes = coefficients.excitation_knots()
     width = np.diff(knots)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypedDict
 
@@ -19,7 +18,6 @@ from m4e_adapters.hydrodynamics.config.waves import (
     Regular,
     SpectrumTable,
     Still,
-    Tma,
     WaveSection,
 )
 from m4e_adapters.hydrodynamics.seas.systems import (
@@ -38,7 +36,6 @@ from m4e_adapters.hydrodynamics.seas.waves import (
     TAPERED,
     component_frequencies,
     component_phases,
-    depth_factor,
     energy_below,
     part_edges,
     record_components,
@@ -138,30 +135,21 @@ def _regular(section: Regular, common: _Common) -> RegularWave:
 
 
 def _spectral(section: Jonswap | PiersonMoskowitz, common: _Common) -> SpectralSea:
-    depth, gravity = common["depth"], common["gravity"]
-    factor: Callable[[np.ndarray], np.ndarray] | None = None
-    if isinstance(section, Tma):
-        if math.isinf(depth):
-            remedy = "give water.depth, or write spectrum: jonswap, which it is in deep water"
-            raise InputError.single("a TMA sea needs a depth", remedy, keys=("waves",))
-        factor = partial(depth_factor, depth=depth, gravity=gravity)
     enhancement = section.peak_enhancement if isinstance(section, Jonswap) else None
     edges = part_edges(
         2 * math.pi / section.peak_period,
         section.components,
         enhancement=1.0 if enhancement is None else enhancement,
-        factor=factor,
     )
     rng = np.random.Generator(np.random.PCG64(section.seed))
     omega = component_frequencies(edges, rng)
-    widths = np.diff(edges)
     return SpectralSea(
         **common,
         omega=omega,
         phases=component_phases(section.components, rng),
         offsets=_offsets(section, rng),
         luck=_luck(section, rng),
-        widths=widths if factor is None else widths * factor(omega),
+        widths=np.diff(edges),
         period=section.peak_period,
         ramp_time=_ramp(section, section.peak_period),
         needed=REACH * 2 * math.pi / section.peak_period,

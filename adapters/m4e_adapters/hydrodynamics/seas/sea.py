@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Water
-from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
@@ -32,13 +31,12 @@ ELEVATION_INPUT = "wave.elevation_input"
 class RecordedSea:
     """The excitation of each motion [N, N.m], in the hulls' axes, and the `waves` that make it.
 
-    Without waves, if they are not those of a sea. `levels` [m] are the elevations at the gauges,
-    `velocities` (x, y, z) [m/s] those of the waters.
+    Without waves, if they are not those of a sea. `velocities` (x, y, z) [m/s] are those of the
+    waters.
     """
 
     excitation: list[Number]
     waves: tuple[RecordedWaves, ...] = field(default=(), repr=False)
-    levels: tuple[Number, ...] = ()
     velocities: tuple[Triple, ...] = ()
 
 
@@ -48,17 +46,14 @@ class HullsInSea:
 
     `directed` are the coefficients for each system, of `towards_each`. In space the axes of the
     hulls have the `heading` [rad], and the bodies' reference `places` are (x, y) [m]; with
-    `offsets` (x, y) [m] of the bodies from there the excitation is that where they are. Wanted are
-    the elevation at `points`, whose places are `gauges` (x, y) [m], and the velocity at the bodies
-    `in_water`, at `waters` (x, y, z) [m], z ≤ 0.
+    `offsets` (x, y) [m] of the bodies from there the excitation is that where they are. Wanted is
+    the velocity at the bodies `in_water`, at `waters` (x, y, z) [m], z ≤ 0.
     """
 
     directed: Sequence[Coefficients]
     heading: Number = 0.0
     places: Sequence[tuple[Number, Number]] = ()
-    points: Sequence[OnBody] = ()
     in_water: Sequence[InWater] = ()
-    gauges: Sequence[tuple[Number, Number]] = ()
     waters: Sequence[Triple] = ()
     offsets: Sequence[tuple[Number, Number]] = ()
 
@@ -115,28 +110,23 @@ def record_sea(
 ) -> RecordedSea:
     """Record `wave.elevation`, the waves and their ramped excitation, in the axes of the hulls.
 
-    The elevation at the gauges and the velocity of the waters are ramped too; this is of linear
-    theory.
+    The velocity of the waters is ramped too, and of linear theory.
     """
     check_frequencies(waves, float(coefficients.omega[-1]), coefficients.memory_limit)
     elevation: Number = 0.0
     forces: list[Number] = [0.0] * len(coefficients.motions)
-    levels: list[Number] = [0.0] * len(hulls.gauges)
     recorded = list[RecordedWaves]()
     for system, known in zip(waves, hulls.directed, strict=True):
         own = system.record(recorder, in_space=coefficients.dimensions == 3)
         recorded.append(own)
-        height, pushes, heights = _summed(recorder, own, known, coefficients, hulls)
+        height, pushes = _summed(recorder, own, known, coefficients, hulls)
         elevation = elevation + own.ramp * height
         forces = [force + own.ramp * push for force, push in zip(forces, pushes, strict=True)]
-        levels = [
-            level + own.ramp * own_level for level, own_level in zip(levels, heights, strict=True)
-        ]
     recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
     water = Water(depth=coefficients.depth, gravity=coefficients.gravity)
     flow = RecordedFlow(water, recorder.time, recorded)
     velocities = tuple(flow.linear_velocity(place) for place in hulls.waters)
-    return RecordedSea(forces, tuple(recorded), tuple(levels), velocities)
+    return RecordedSea(forces, tuple(recorded), velocities)
 
 
 def _summed(
@@ -145,22 +135,19 @@ def _summed(
     known: Coefficients,
     coefficients: Coefficients,
     hulls: HullsInSea,
-) -> tuple[Number, list[Number], list[Number]]:
+) -> tuple[Number, list[Number]]:
     """Sums over the components of a system, without its ramp.
 
-    The elevation at x = y = 0 [m], the excitation of each motion [N, N.m] by the coefficients
-    `known` for the system, and the elevation at each gauge [m].
+    The elevation at x = y = 0 [m], and the excitation of each motion [N, N.m] by the coefficients
+    `known` for the system.
     """
     table = excitation_of(known, waves, heading=hulls.heading, places=hulls.places)
     height: Number = 0.0
     pushes: list[Number] = [0.0] * len(coefficients.motions)
-    heights: list[Number] = [0.0] * len(hulls.gauges)
     for k, row in enumerate(table):
         angle = waves.omega[k] * recorder.time + waves.phase[k]
         cosine, sine = cos(angle), sin(angle)
         height = height + waves.amplitude[k] * cosine
-        for i, (c, s) in enumerate(waves.phases_at(k, hulls.gauges)):
-            heights[i] = heights[i] + waves.amplitude[k] * (c * cosine + s * sine)
         moved = [(cosine, sine)] * len(coefficients.bodies)
         for body, (c, s) in enumerate(waves.phases_at(k, hulls.offsets)):
             moved[body] = (c * cosine + s * sine, c * sine - s * cosine)
@@ -168,7 +155,7 @@ def _summed(
             c, s = moved[i // coefficients.per_body]
             pushes[i] = pushes[i] + waves.amplitude[k] * real * c
             pushes[i] = pushes[i] + waves.amplitude[k] * imaginary * s
-    return height, pushes, heights
+    return height, pushes
 
 
 def elevation_at_origin(dimensions: int) -> Variable:

@@ -14,12 +14,21 @@ from m4e_adapters.hydrodynamics.seas.sea import ELEVATION
 from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_fmi.report.animation.scene import Train
 from m4e_fmi.report.animation.scene import Water as ShownWater
+from m4e_fmi.report.animation.shown import Shown, ShownHull
 
 
-def shown_water(
-    water: Water, waves: Waves, *, folder: Path, values: Mapping[str, float]
-) -> ShownWater:
-    """The `water` with its `waves`, whose files are in `folder`, for `values` of parameters."""
+def shown_sea(
+    water: Water,
+    waves: Waves,
+    *,
+    folder: Path,
+    values: Mapping[str, float],
+    hulls: tuple[ShownHull, ...] = (),
+) -> Shown:
+    """The `water` with its `waves` and bed, and `hulls` in it, for `values` of parameters.
+
+    Files of the waves are in `folder`.
+    """
     trains = []
     for one in wave_systems(waves, depth=water.depth, gravity=water.gravity, folder=folder):
         omega, amplitude, direction = one.known(values)
@@ -29,9 +38,8 @@ def shown_water(
             ramp = values.get(f"{one.name}.ramp_time", ramp)
         phase, way = one.known_phases(values), np.broadcast_to(direction, omega.shape)
         trains.append(Train(omega, number, amplitude, phase, way, ramp))
-    return ShownWater(water.depth, tuple(trains), ELEVATION)
-
-
-def floor_of(water: Water) -> float | None:
-    """z [m] of the sea bed; None in deep water."""
-    return None if math.isinf(water.depth) else -water.depth
+    return Shown(
+        hulls=hulls,
+        water=ShownWater(water.depth, tuple(trains), ELEVATION),
+        floor=None if math.isinf(water.depth) else -water.depth,
+    )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Current, Water
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem, breaking_heights, wave_doubts
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
@@ -23,24 +23,23 @@ from m4e_fmi.program import Program, Recorder, Variable
 COMPONENTS = 300  # of a sea that is asked for
 
 
+@dataclass(kw_only=True)
 class SystemWaves:
     """Answers about waves that forces of any wave give alike, whatever the forces are.
 
-    They are part of `m4e_fmi.analysis.response.WaveForces`. `systems` are those configured,
-    `surroundings` depth [m] and gravity [m/s2].
+    They are part of `m4e_fmi.analysis.response.WaveForces`. `systems` are those configured, in
+    `water`. `highest` is the frequency [rad/s] up to which the forces are known, `notes` tell what
+    they leave out.
     """
 
-    systems: Sequence[WaveSystem]
-
-    @property
-    def surroundings(self) -> tuple[float, float]:
-        """Depth [m] and gravity [m/s2]."""
-        raise NotImplementedError
+    systems: Sequence[WaveSystem] = field(default=(), repr=False)
+    water: Water | Coefficients = field(repr=False)
+    highest: float = math.inf
+    notes: Sequence[str] = ()
 
     def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
         """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
-        depth, gravity = self.surroundings
-        return breaking_heights(omega, depth=depth, gravity=gravity)
+        return breaking_heights(omega, depth=self.water.depth, gravity=self.water.gravity)
 
     def own_sea(self, values: Mapping[str, float]) -> Sea | None:
         """The configured sea, for `values` of parameters; None if no system is irregular.
@@ -71,7 +70,6 @@ class SystemWaves:
 
         Frequencies are in the middle of the parts that a configured sea has one in, at random.
         """
-        depth, gravity = self.surroundings
         edges = part_edges(2.0 * math.pi / peak_period, COMPONENTS, enhancement=enhancement)
         omega = 0.5 * (edges[:-1] + edges[1:])
         amplitudes = component_amplitudes(
@@ -82,40 +80,14 @@ class SystemWaves:
             enhancement=enhancement,
         )
         doubts = wave_doubts(
-            significant_height, peak_period, depth=depth, gravity=gravity, regular=False
+            significant_height,
+            peak_period,
+            depth=self.water.depth,
+            gravity=self.water.gravity,
+            regular=False,
         )
         directions = np.full(COMPONENTS, direction)
         return Sea(omega, np.array(amplitudes, dtype=float), directions, tuple(doubts))
-
-
-class InWater(Protocol):
-    """A configuration with water."""
-
-    @property
-    def water(self) -> Water: ...
-
-
-@dataclass(frozen=True)
-class FlowWaves(SystemWaves):
-    """Waves whose forces follow from the flow of water alone, without coefficients that end."""
-
-    config: InWater
-    systems: Sequence[WaveSystem] = field(repr=False)  # pyrefly: ignore[bad-override]
-
-    @property
-    def surroundings(self) -> tuple[float, float]:
-        """Depth [m] and gravity [m/s2]."""
-        return self.config.water.depth, self.config.water.gravity
-
-    @property
-    def highest(self) -> float:
-        """No limit of frequencies [rad/s]."""
-        return math.inf
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """None."""
-        return ()
 
 
 def lines_on(waves: Sequence[WaveSystem]) -> Iterator[str]:

@@ -140,7 +140,11 @@ class WaveSystem(ABC):
     def record(self, recorder: Recorder, *, in_space: bool) -> RecordedWaves:
         """Record the parameters; the components of them. Only `in_space` the direction is one."""
         omega, amplitude = self._own(recorder.parameter)
-        phase = [self._phase(recorder, k) for k in range(len(self.omega))]
+        phase: list[Number] = self.phases.tolist()
+        for k, start in enumerate(self.phases.tolist() if self.tunable_phases else ()):
+            text = f"phase of the wave component of {self.omega[k]:.6g} rad/s at x = 0, t = 0"
+            variable = Variable(f"{self.name}.phase[{k + 1}]", "rad", text, start=start)
+            phase[k] = recorder.parameter(variable)
         given = math.radians(self.direction)
         direction: Number = given
         if in_space:
@@ -199,13 +203,6 @@ class WaveSystem(ABC):
             return [recorded_wavenumber(w, **water) for w in omega]
         return wavenumber(np.array(omega, dtype=float), **water).tolist()
 
-    def _phase(self, recorder: Recorder, k: int) -> Number:
-        start = float(self.phases[k])
-        if not self.tunable_phases:
-            return start
-        text = f"phase of the wave component of {self.omega[k]:.6g} rad/s at x = 0, t = 0"
-        return recorder.parameter(Variable(f"{self.name}.phase[{k + 1}]", "rad", text, start=start))
-
     def _record_ramp(self, recorder: Recorder) -> Number:
         """½(1 − cos π t/T) until t = T = `ramp_time`, then 1."""
         if self.ramp_time == 0.0:
@@ -253,8 +250,7 @@ class RegularWave(WaveSystem):
 class SpectralSea(WaveSystem):
     """A sea of JONSWAP's form, whose parts of the frequency axis have `widths` (k,) [rad/s].
 
-    Energies are in proportion to widths, which may contain a factor of the form. `enhancement` None
-    is the form of Pierson and Moskowitz. `luck` (k,) [1] multiplies amplitudes.
+    `enhancement` None is the form of Pierson and Moskowitz. `luck` (k,) [1] multiplies amplitudes.
     """
 
     widths: np.ndarray = field(repr=False)

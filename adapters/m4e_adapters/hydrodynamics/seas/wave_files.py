@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,6 @@ from m4e_fmi.results.compared_file import marks
 FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
 UNEVEN = 2e-3  # of a step: difference of a time from equal steps that is none
-FILL = "fill it, or give the part before or after it"
 STEPS = (
     "sort the rows; fill gaps, or give the part before or after them; interpolate to equal steps, "
     "and write enough digits"
@@ -117,13 +116,7 @@ def _one_of(path: Path, first: str, second: str) -> str:
 def read_record(section: Record, folder: Path) -> Samples:
     """The record of a section whose file is in `folder`; InputError with all its problems."""
     wanted = [(name, UNITS[name]) for name in ("time", "elevation")]
-    try:
-        columns = read_columns(folder / section.file, wanted)
-    except InputError as error:
-        raise InputError(
-            replace(problem, remedy=FILL) if problem.line and not problem.remedy else problem
-            for problem in error.problems
-        ) from None
+    columns = read_columns(folder / section.file, wanted)
     time, elevation = map(np.array, columns.values)
     problems = list(_of_times(time))
     if len(elevation) and np.ptp(elevation) == 0.0:

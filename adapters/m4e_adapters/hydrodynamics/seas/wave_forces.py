@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
-from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.sea import (
@@ -31,59 +30,38 @@ from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, Recorded
 from m4e_fmi.program import Recorder, Variable
 
 
-@dataclass
+@dataclass(kw_only=True)
 class HullWaves(SystemWaves):
     """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`.
 
-    The second-order `drift` of the bodies that have some is left out. Waves, points and bodies
-    `in_water` are those of the load that is recorded.
+    Waves and bodies `in_water` are those of the load that is recorded.
     """
 
     coefficients: Coefficients
-    drift: tuple[str, ...] = ()
-    systems: Sequence[WaveSystem] = field(default=(), repr=False)
-    points: Sequence[OnBody] = ()
     in_water: Sequence[InWater] = ()
 
     @property
     def inputs(self) -> list[str]:
-        """The elevation at x = y = 0, the force on each motion of each body, the elevation at
-        each point, and the velocity of the water at each body that has drag against it."""
-        return [ELEVATION_INPUT, *self._forces, *self._elevations, *self._velocities]
+        """The elevation at x = y = 0, the force on each motion of each body,
+        and the velocity of the water at each body that has drag against it."""
+        return [ELEVATION_INPUT, *(v.name for part in self._variables() for v in part)]
 
-    @property
-    def _forces(self) -> list[str]:
+    def _variables(self) -> tuple[list[Variable], list[Variable]]:
+        """Forces and velocities."""
         c = self.coefficients
-        return [f"{body}.wave_{motion.force}" for body in c.bodies for motion in c.body_motions]
-
-    @property
-    def _elevations(self) -> list[str]:
-        return [f"{point.name}.elevation_input" for point in self.points]
-
-    @property
-    def _velocities(self) -> list[str]:
-        c = self.coefficients
-        axes = "xyz" if c.dimensions == 3 else "xz"
-        bodies = [c.bodies[body.body] for body in self.in_water]
-        return [f"{body}.wave_velocity_{axis}" for body in bodies for axis in axes]
-
-    @property
-    def highest(self) -> float:
-        """The highest frequency [rad/s] of the coefficients."""
-        return float(self.coefficients.omega[-1])
-
-    @property
-    def notes(self) -> list[str]:
-        """A line on the drift that is left out."""
-        if not self.drift:
-            return []
-        bodies = ", ".join(self.drift)
-        return [f"second-order drift of {bodies} is left out: the response is that of first order"]
-
-    @property
-    def surroundings(self) -> tuple[float, float]:
-        """Depth [m] and gravity [m/s2] of the coefficients."""
-        return self.coefficients.depth, self.coefficients.gravity
+        text = "force of waves, in the axes of the heading"
+        forces = [
+            Variable(f"{body}.wave_{motion.force}", motion.force_unit, text)
+            for body in c.bodies
+            for motion in c.body_motions
+        ]
+        text = "velocity of the water in waves at the reference place of the body, world frame"
+        velocities = [
+            Variable(f"{c.bodies[body.body]}.wave_velocity_{axis}", "m/s", text)
+            for body in self.in_water
+            for axis in ("xyz" if c.dimensions == 3 else "xz")
+        ]
+        return forces, velocities
 
     def record(
         self,
@@ -96,26 +74,16 @@ class HullWaves(SystemWaves):
 
         Other than of a sea, how hulls meet the waves is asked for by `per_amplitude` only.
         """
-        self.systems, self.points, self.in_water = waves, hulls.points, hulls.in_water
+        self.systems, self.in_water = waves, hulls.in_water
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
         record_elevation_input(recorder, coefficients.dimensions)
-        units = [motion.force_unit for motion in coefficients.body_motions]
-        units *= len(coefficients.bodies)
-        text = "force of waves, in the axes of the heading"
-        forces: list[Number] = [
-            recorder.input(Variable(name, unit, text))
-            for name, unit in zip(self._forces, units, strict=True)
-        ]
-        text = "elevation of the undisturbed water at the point"
-        levels = [recorder.input(Variable(name, "m", text)) for name in self._elevations]
-        text = "velocity of the water in waves at the reference place of the body, world frame"
-        given = [recorder.input(Variable(name, "m/s", text)) for name in self._velocities]
+        forces, given = ([recorder.input(v) for v in part] for part in self._variables())
         if coefficients.dimensions == 2:
             triples = [(x, 0.0, z) for x, z in zip(given[::2], given[1::2], strict=True)]
         else:
             triples = [*zip(given[::3], given[1::3], given[2::3], strict=True)]
-        return RecordedSea(forces, levels=tuple(levels), velocities=tuple(triples))
+        return RecordedSea([*forces], velocities=tuple(triples))
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
@@ -148,10 +116,7 @@ class HullWaves(SystemWaves):
             found = excitation_of(known, waves, heading=heading, places=places)
             table = np.array(found, dtype=float)
             forces[own] = table[..., 0] + 1j * table[..., 1]
-        ways = np.array([point.place(c, reference) for point in self.points], dtype=float)
-        along = np.stack([np.cos(directions), np.sin(directions)])
-        elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
-        columns = [np.ones((len(omega), 1)), forces, elevations]
+        columns = [np.ones((len(omega), 1)), forces]
         for body in self.in_water:
             x, y, z = (float(value) for value in body.place(c, reference, ()))
             flow = velocity_per_amplitude(

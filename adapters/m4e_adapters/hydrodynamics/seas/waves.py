@@ -19,7 +19,7 @@ phases that are fixed to each other: double summation would make a sea that is u
 Offshore Mechanics and Arctic Engineering 111, 1989). The density of Longuet-Higgins, Cartwright and
 Smith (1963) is in proportion to cos^2s(Δ/2).
 
-Spectra other than JONSWAP in deep water, and components of a record.
+Spectra that are tables, and components of a record.
 
 A spectrum given as a table is linear between its rows; a component of its sea has the energy of its
 part of the frequency axis exactly. Parts are chosen as those of `part_edges`.
@@ -28,12 +28,12 @@ part of the frequency axis exactly. Parts are chosen as those of `part_edges`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.water.kinematics import STEPS, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import STEPS
 from m4e_adapters.hydrodynamics.seas.wave_files import Density, Samples
 from m4e_fmi.program import AnyScalar, ScalarLike, exp, log, maximum, sign, sqrt, tanh
 
@@ -77,15 +77,9 @@ def part_edges(
     count: int,
     *,
     enhancement: float = 1.0,
-    factor: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Edges [rad/s], (count + 1,), of the parts of BAND that have one component each.
-
-    `factor` changes the spectrum: (n,) [1] at frequencies (n,) [rad/s].
-    """
+    """Edges [rad/s], (count + 1,), of the parts of BAND that have one component each."""
     ratio, spectrum = _form(enhancement)
-    if factor is not None:
-        spectrum = spectrum * factor(peak_omega * ratio)
     energy = np.cumsum(np.diff(ratio, prepend=ratio[0]) * spectrum)
     steps = np.linspace(0.0, 1.0, _KNOTS)
     share = (1.0 - LOGARITHMIC) * energy / energy[-1] + LOGARITHMIC * steps
@@ -150,17 +144,6 @@ TAPERED = 0.05  # of a record, at each end
 NEGLIGIBLE = 1e-8  # of the energy of a record, which may be left out
 _KNOTS_of_spectra = 4000  # of a spectrum's parts
 _LOWEST = 1e-3  # lower end of the parts over the upper one, if the table begins at 0
-
-
-def depth_factor(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray:
-    """tanh² kh/(1 + 2kh/sinh 2kh) of waves of `omega` (n,) [rad/s], (n,) [1].
-
-    By it Bouws, Günther, Rosenthal and Vincent, "Similarity of the wind wave spectrum in finite
-    depth water", Journal of Geophysical Research 90, 1985, change JONSWAP to TMA, after
-    Kitaigorodskii, Krasitskii and Zaslavskii (1975).
-    """
-    kh = wavenumber(omega, depth=depth, gravity=gravity) * depth
-    return np.tanh(kh) ** 2 / (1.0 + 2.0 * kh / np.sinh(np.minimum(2.0 * kh, 700.0)))
 
 
 def table_edges(spectrum: Density, count: int) -> np.ndarray:

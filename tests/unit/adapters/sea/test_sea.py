@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +16,7 @@ from m4e_adapters.hydrodynamics import hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.water.kinematics import flow
-from m4e_adapters.sea import SeaConfig, sea_program
-from m4e_adapters.sea.waves_at_points import sea_in_waves
+from m4e_adapters.sea import SeaConfig, sea_in_waves, sea_program
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 
@@ -39,8 +37,8 @@ def config(text: str) -> SeaConfig:
     return Document.parse(text).validate(SeaConfig)
 
 
-def program(text: str, folder: Path = Path(), tell: Callable[[str], object] = silent) -> Program:
-    return sea_program(config(text), name="sea", folder=folder, progress=tell)
+def program(text: str, folder: Path = Path()) -> Program:
+    return sea_program(config(text), name="sea", folder=folder, progress=silent)
 
 
 def outputs(found: Program, time: float, given: dict[str, float] | None = None) -> dict[str, float]:
@@ -78,7 +76,7 @@ def test_outputs_are_those_of_the_equations(stretching: str, depth: str) -> None
 @pytest.mark.parametrize(
     "waves",
     [
-        "{spectrum: tma, significant_height: 2, peak_period: 7, amplitudes: random, seed: 4, "
+        "{spectrum: jonswap, significant_height: 2, peak_period: 7, amplitudes: random, seed: 4, "
         "components: 60}",
         "[{spectrum: regular, height: 1, period: 9}, {spectrum: bretschneider, "
         "significant_height: 1, peak_period: 7, components: 20}]",
@@ -146,9 +144,7 @@ def test_small_waves_are_those_of_the_response_to_waves(depth: float) -> None:
 def test_a_current_adds_its_velocity_at_the_height_of_the_point() -> None:
     still = SEA.format(stretching="wheeler", depth=40)
     moving = still + "current: {speed: 1.4, direction: 60, profile: 0.2}\n"
-    told: list[str] = []
-    flowing = program(moving, tell=told.append)
-    assert any("no Doppler shift" in text for text in told)
+    flowing = program(moving)
     without, with_it = outputs(program(still), 7.0), outputs(flowing, 7.0)
     beta, speed = math.radians(60), 1.4 * ((40 - 2.5) / 40) ** 0.2
     added = {"below.velocity_x": speed * math.cos(beta), "below.velocity_y": speed * math.sin(beta)}

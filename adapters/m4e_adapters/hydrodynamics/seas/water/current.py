@@ -110,13 +110,3 @@ def _interpolated(rows: list[tuple[float, Scalar]], level: Number) -> Number:
         share = minimum(maximum((level - low) / (high - low), 0.0), 1.0)
         speed = speed + (fast - slow) * share
     return speed
-
-
-def current_doubts(current: Current | None, *, has_waves: bool) -> list[str]:
-    """Lines on a current beside waves."""
-    if current is None or not has_waves:
-        return []
-    return [
-        "waves and a current: the waves have the lengths, heights and periods of water at rest "
-        "(no Doppler shift), their velocities and that of the current are added"
-    ]

@@ -1,4 +1,4 @@
-"""Drag against moving water, and air gaps of points on bodies: by hand, in plane and space."""
+"""Drag against moving water: by hand, in plane and space."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from support.hulls import checked_program, in_waves
 from support.programs import Evaluated
 
-from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, flow, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, flow
 
 HEIGHT, PERIOD, PHASE, DEPTH = 3.0, 7.0, 0.4, 40.0
 OMEGA = 2 * math.pi / PERIOD
@@ -27,7 +27,6 @@ BARGE: dict[str, Any] = {
 PLANE: dict[str, Any] = {
     "water": {"depth": DEPTH},
     "bodies": {"barge": BARGE},
-    "points": {"deck": {"body": "barge", "at": [40, 2.5]}},
     "waves": WAVE,
     "current": CURRENT,
 }
@@ -38,14 +37,12 @@ SPACE: dict[str, Any] = {
     "bodies": {
         "barge": {**BARGE, "center_of_gravity": list(CENTER), "drag": {**DRAG, "sway": 9e4}}
     },
-    "points": {"deck": {"body": "barge", "at": [40, 4, 2.5]}},
     "waves": {**WAVE, "direction": 20.0},
     "current": {**CURRENT, "direction": 100.0},
 }
 LOADS = {"froude_krylov": "none", "diffraction": "none", "radiation": "none"}
 TURN, BETA = math.radians(30.0), math.radians(20.0)
 SPEED = 1.3 * ((DEPTH + CENTER[2]) / DEPTH) ** 0.2
-K = float(wavenumber(np.array(OMEGA), depth=DEPTH, gravity=9.81))
 
 
 def outputs(section: dict[str, Any], t: float, **inputs: float) -> dict[str, float]:
@@ -59,11 +56,6 @@ def of_wave(direction: float, t: float) -> np.ndarray:
     values = (OMEGA, HEIGHT / 2, PHASE, direction)
     wave = Components(*(np.array([value]) for value in values), depth=DEPTH)
     return flow(wave, t, np.array(CENTER), stretching="linear").velocity
-
-
-def elevation(x: float, t: float) -> float:
-    """Of the wave, `x` [m] along its way."""
-    return HEIGHT / 2 * math.cos(OMEGA * t + PHASE - K * x)
 
 
 def test_drag_in_the_plane() -> None:
@@ -94,36 +86,11 @@ def test_water_at_rest_is_the_default_without_a_current() -> None:
         assert found == pytest.approx(-2e4 * abs(x) * x - 3e3 * x, rel=1e-12)
 
 
-def test_an_air_gap_in_the_plane() -> None:
-    found = outputs(PLANE, 2.3, x=31.7, z=0.9, theta=0.2)
-    assert found["deck.elevation"] == pytest.approx(elevation(40.0, 2.3), abs=1e-12)
-    height = 0.9 - 9.0 * math.sin(0.2) + 3.2 * math.cos(0.2)  # theta puts +X down
-    assert found["deck.air_gap"] == pytest.approx(height - found["deck.elevation"], abs=1e-12)
-    assert found["wave.elevation"] == pytest.approx(elevation(0.0, 2.3), abs=1e-12)
-    still = outputs({**PLANE, "waves": {"spectrum": "still"}}, 5.0)
-    assert still["deck.elevation"] == 0.0
-    assert still["deck.air_gap"] == pytest.approx(2.5)
-
-
-def test_an_air_gap_in_space_with_a_heading() -> None:
-    """R = R_z(ψ) R_y(θ) R_x(φ) of the arm; the place turns with the hull about its centre."""
-    phi, theta = 0.1, -0.15
-    found = outputs(SPACE, 1.1, z=0.7, phi=phi, theta=theta)
-    x = 31.0 + 9.0 * math.cos(TURN) - 4.0 * math.sin(TURN)
-    y = 9.0 * math.sin(TURN) + 4.0 * math.cos(TURN)
-    expected = elevation(x * math.cos(BETA) + y * math.sin(BETA), 1.1)
-    assert found["deck.elevation"] == pytest.approx(expected, abs=1e-12)
-    rolled = 4.0 * math.sin(phi) + 3.2 * math.cos(phi)
-    height = 0.7 - 9.0 * math.sin(theta) + rolled * math.cos(theta)
-    assert found["deck.air_gap"] == pytest.approx(height - expected, abs=1e-12)
-
-
 @pytest.mark.parametrize(("section", "direction"), [(PLANE, 0.0), (SPACE, BETA)])
 def test_responses_get_the_water_as_inputs(section: dict[str, Any], direction: float) -> None:
-    """The inputs of a wave give the drag and the elevation that the wave of the file gives."""
+    """The inputs of a wave give the drag that the wave of the file gives."""
     section = {**section, "loads": LOADS, "frequencies": {"count": 12}}
     made, waves = in_waves(section)
-    assert "deck.elevation_input" in waves.inputs
     heading = {"heading": TURN}
     harmonics = waves.per_amplitude(np.array([OMEGA]), np.array([direction]), heading)[0]
     for t in (0.0, 1.9):
@@ -131,5 +98,5 @@ def test_responses_get_the_water_as_inputs(section: dict[str, Any], direction: f
         inputs = dict(zip(waves.inputs, now.tolist(), strict=True))
         found = Evaluated(made).outputs({**inputs, "barge.vx": 0.3})
         expected = outputs(section, t, vx=0.3)
-        for name in ("barge.drag_force_x", "barge.drag_force_z", "deck.elevation", "deck.air_gap"):
+        for name in ("barge.drag_force_x", "barge.drag_force_z"):
             assert found[name] == pytest.approx(expected[name], rel=1e-9), name

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Tma
+from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, wavenumber
-from m4e_adapters.hydrodynamics.seas.waves import depth_factor
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
 from m4e_adapters.sea import SeaConfig
 from m4e_fmi.files.document import Document
 
@@ -40,27 +39,7 @@ def height(waves: Components) -> float:
     return 4.0 * math.sqrt(0.5 * float(waves.amplitude @ waves.amplitude))
 
 
-def test_the_depth_factor_is_the_ratio_of_the_wavenumber_spectra_of_its_authors() -> None:
-    """Kitaigorodskii: φ = (k⁻³ ∂k/∂ω)_h/(k⁻³ ∂k/∂ω)_∞; differences leave 1e-8."""
-    omega = np.linspace(0.3, 4.0, 30)
-    step = 1e-5
-
-    def ratio(depth: float) -> np.ndarray:
-        k, after, before = (
-            wavenumber(omega + d, depth=depth, gravity=9.81) for d in (0.0, step, -step)
-        )
-        return k**-3 * (after - before) / (2 * step)
-
-    expected = ratio(9.0) / ratio(math.inf)
-    assert expected.min() < 0.1
-    assert expected.max() > 0.99
-    np.testing.assert_allclose(depth_factor(omega, depth=9.0, gravity=9.81), expected, rtol=1e-7)
-
-
-def test_tma_is_jonswap_in_deep_water() -> None:
-    deep = components(Tma(spectrum="tma", **WIND), depth=2000.0)
-    same = components(Jonswap(spectrum="jonswap", **WIND))
-    np.testing.assert_allclose(deep.amplitude, same.amplitude, rtol=1e-9)
+def test_the_form_of_two_parameters_has_two_names() -> None:
     peaked, same = (
         components(PiersonMoskowitz(spectrum=name, **WIND)).amplitude
         for name in ("pierson_moskowitz", "bretschneider")
