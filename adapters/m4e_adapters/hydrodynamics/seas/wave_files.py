@@ -23,6 +23,7 @@ from m4e_fmi.results.compared_file import marks
 FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
 UNEVEN = 2e-3  # of a step: difference of a time from equal steps that is none
+FILL = "fill it, or give the part before or after it"
 STEPS = (
     "sort the rows; fill gaps, or give the part before or after them; interpolate to equal steps, "
     "and write enough digits"
