@@ -57,12 +57,16 @@ class Variant:
 
 @dataclass(frozen=True)
 class Variants:
-    """All versions of one component, by the values of its varied `keys`."""
+    """All versions of one component, by the values of its varied `keys`.
+
+    `labels` are unit and description of keys that are parameters of its program, by place.
+    """
 
     name: str
     keys: tuple[Location, ...]
     builds: tuple[Build, ...]
     of: Mapping[Combination, Variant] = field(repr=False)
+    labels: Mapping[int, tuple[str, str]] = field(default_factory=dict)
 
 
 def variants(
@@ -84,6 +88,7 @@ def variants(
     builds: list[Build] = []
     by_code: dict[str, int] = {}
     of: dict[Combination, Variant] = {}
+    alike: list[dict[str, Variable] | None] = [None] * len(keys)
     for one in dict.fromkeys(combinations):
         try:
             section = with_values(components[name], dict(zip(keys, one, strict=True)))
@@ -99,6 +104,7 @@ def variants(
             continue
         program = draft.made if isinstance(draft.made, Program) else None
         made = Build(component, one, starts_of(program) if program else None)
+        alike = [_of_value(program, v, old) for v, old in zip(one, alike, strict=True)]
         bare = bare_code(program) if program else repr((component.source, one))
         code = repr((component.step_size, component.dependencies, bare))
         number = by_code.setdefault(code, len(builds))
@@ -109,7 +115,22 @@ def variants(
         start = {new.name: new.start for old, new in pairs if repr(new.start) != repr(old.start)}
         of[one] = Variant(number, component, start, warnings)
     InputError.raise_for(problems.values())
-    return Variants(name, tuple(keys), tuple(builds), of)
+    labels = dict[int, tuple[str, str]]()
+    for k, key in enumerate(keys):
+        known, vary = alike[k] or {}, len({one[k] for one in of}) > 1
+        same = [v for v in known.values() if v.name.rpartition(".")[2] == str(key[-1])]
+        if len(alone := same or ([*known.values()] if vary else [])) == 1:
+            labels[k] = alone[0].unit, alone[0].description.partition(",")[0]
+    return Variants(name, tuple(keys), tuple(builds), of, labels)
+
+
+def _of_value(
+    program: Program | None, value: Scalar, known: Mapping[str, Variable] | None
+) -> dict[str, Variable]:
+    """Parameters of a program that have the `value`; of those that are `known`, if any are."""
+    parameters = program.parameters if program and not isinstance(value, bool | str) else ()
+    same = {v.name: v for v in parameters if v.start == value}
+    return same if known is None else {n: v for n, v in known.items() if n in same}
 
 
 def starts_of(program: Program) -> tuple[Variable, ...]:
