@@ -154,7 +154,7 @@ def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) ->
 
 
 def marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """True of `values` (n,) whose digits are nines, far beyond all others."""
+    """Mask (n,) [1] of the `values` (n,) [any unit] that are nines, far beyond all others."""
     digits = {value: f"{abs(value):g}".replace(".", "") for value in np.unique(values).tolist()}
     nines = np.isin(values, [v for v, d in digits.items() if d == "9" * max(LEAST_NINES, len(d))])
     others = np.abs(values[~nines])

@@ -1,4 +1,4 @@
-"""Statistics of the values of one run, each row weighted by its share in the time.
+"""Mean, deviation and other statistics of the values of one run, by the weights of its rows.
 
 The share is half the steps beside a row (trapezoidal rule), so that rows in unequal steps, and the
 two rows of an event, count as long as they last.

@@ -1,4 +1,7 @@
-"""Records of one or more runs, checked; the reason where a statistic of one is not defined."""
+"""Records of one or more runs, checked, and the weights of their rows in the time.
+
+`UndefinedError` is the reason where a statistic of one is not defined.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers of the keys, with their limits."""
+"""Types of numbers that several keys share, such as positive ones."""
 
 from __future__ import annotations
 

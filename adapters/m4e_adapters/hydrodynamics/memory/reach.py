@@ -1,4 +1,4 @@
-"""Frequencies that a radiation memory is fitted to, and those that its errors refer to.
+"""Frequencies up to which a radiation memory is fitted, and to which its errors refer.
 
 Where panels are too coarse for the waves, they break the causality that ties damping to added mass:
 such data help a fit only as long as it can follow them.
