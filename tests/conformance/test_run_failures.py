@@ -51,7 +51,7 @@ def project(
 @pytest.mark.parametrize(
     ("algorithm", "gain", "told"),
     [
-        ("corrector, coupling_tolerance: 1e-4", 1e12, "remove coupling_tolerance"),
+        ("corrector, coupling_tolerance: 1e-4", 1e12, "take algorithm: implicit"),
         # over half a step a.y = 1 + (0 + b.y), b.y = 0 + (1 + a.y)
         ("implicit", 40, "smaller tolerance"),
     ],

@@ -213,9 +213,6 @@ FAULTS = {
         "verification/test_cosim_energy.py unit/cosim/time_loop",
     ),
     # ---- results and files ----
-    "slow growth counts as without bound": Fault(
-        "m4e_fmi/results", "SLOWER = 2.0", "SLOWER = 20.0", "unit/results"
-    ),
     "a lock keeps nobody out": Fault(
         "m4e_fmi/files",
         "fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)",

@@ -86,7 +86,7 @@ def moved(model: Model, stop: float, **start: float) -> Simulation:
 @pytest.mark.verifies(
     "laws of springs and dampers, their potential",
     analytic="the law, the work that it does",
-    tolerance="1e-12",
+    tolerance="1e-14",
 )
 class TestLaws:
     """A law is the whole tension or moment; the block's hook is at 1 + q from the wall."""

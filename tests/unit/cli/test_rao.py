@@ -74,7 +74,7 @@ def test_the_sea_of_the_file_and_another(buoy: Path, tmp_path: Path, said: Said)
 
 
 @pytest.mark.parametrize(("given", "part"), [
-    (["--headings", "30"], "the excitation was computed for waves that travel at 0 deg"),
+    (["--headings", "30"], "use one of these directions"),
     (["--outputs", "buoy.body.flaot.z"], "did you mean 'buoy.body.float.z'"),
     (["--open", "buoy", "generator"], "no output to show"),
     (["--height", "-1"], "must not be negative"),

@@ -113,7 +113,6 @@ def test_what_is_no_equation_takes_part_at_rest(here: Path, said: Said) -> None:
         more = ["--no-plot"] if command == "simulate" else []
         text = said(command, "line.yaml", "--settled", "line", *more)
         assert "settled: line: at rest from its start" in text
-        assert "line: warning: l is divided coarsely" in text
         assert command != "equilibrium" or "line.l.fairlead_tension" in text
     assert (here / "build" / "with_line" / "line.fmu").is_file()
     said("equilibrium", "line.yaml", "--settled", "line", "--build-folder", "other")

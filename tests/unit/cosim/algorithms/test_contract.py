@@ -151,18 +151,6 @@ def test_other_units_and_factors_reach_the_same_place(
     np.testing.assert_allclose(force, -3.0 * (2 * place - 1), rtol=0, atol=ROUNDING)
 
 
-def test_any_ratio_of_steps(c_fmu: Fmus, tmp_path: Path, algorithm: str) -> None:
-    """Own steps of 75 ms in those of 50 ms, and of 25 ms: the same points, to the bit."""
-    ends = []
-    for step in (0.05, 0.025):
-        given = pair(c_fmu, algorithm, step="75 ms", step_size=step, output_interval=0.05)
-        outcome = run(given, results=tmp_path / "r.nc")
-        assert outcome.steps == 40
-        ends.append(outcome.results()["a.body.m.x"].values)
-    assert len(ends[0]) == 21  # the rows of the step that was given
-    np.testing.assert_array_equal(ends[0], ends[1])
-
-
 @pytest.mark.parametrize("options", ["", "+inputs"])
 def test_an_fmu_of_one_size_of_step_makes_no_other(
     c_fmu: Fmus, algorithm: str, options: str
