@@ -140,7 +140,6 @@ class SecondLook(Restorable):
             link
             for link in network.links_to(instance.name)
             if known.variables[link.target.variable].variability == "continuous"
-            and all(link.target.variable not in known.dependencies[name] for name in outputs)
         ]
         present = network.inputs[[network.place(link) for link in links]]
         former = network.values[[network.before + network.index(link.source) for link in links]]
@@ -148,14 +147,19 @@ class SecondLook(Restorable):
             return None
         if known.saves_state:
             instance.save_state()
-        seen: list[np.ndarray] = []
-        for values in (former, present):
-            Schedule(setting(instance, links, values)).run(instance.time)
-            seen.append(part.read())
+        found: list[str] = []
+        for name in outputs:  # each by those inputs on which it is not known to depend
+            other = [link.target.variable not in known.dependencies[name] for link in links]
+            own = [link for link, is_other in zip(links, other, strict=True) if is_other]
+            seen: list[np.ndarray] = []
+            for values in (former[other], present[other]):
+                Schedule(setting(instance, own, values)).run(instance.time)
+                seen.append(part.read())
+            if part.changed(*seen)[part.outputs.index(name)]:
+                found.append(name)
         if known.saves_state:
             instance.restore_state(network.time)
-        moved = dict(zip(part.outputs, part.changed(*seen), strict=True))
-        return [name for name in outputs if moved[name]]
+        return found
 
     def _text(self, component: str, names: Sequence[str], how: str) -> str:
         fmu = self._network.instances[component].description.path.name
