@@ -187,6 +187,49 @@ def test_a_dependence_that_is_not_declared_is_seen(
     assert not run(System("s", (a, mended), system.connections, system.simulation)).warnings
 
 
+SHARED = """\
+name: shared
+components:
+  a: {kind: python, file: integral.py}
+  b: {kind: python, file: both.py, dependencies: {y1: [u], y2: [v]}}
+  c: {kind: python, file: half.py}
+  d: {kind: python, file: half.py}
+connections: [a.y -> b.u, b.y1 -> c.x, c.y -> b.v, b.y2 -> d.x, d.y -> b.w, b.y1 -> a.x]
+simulation: {stop_time: 0.2, step_size: 0.05}
+"""
+PARTS = {
+    "integral": """\
+class Integral:
+    inputs = {"x": "1"}
+    outputs = {"y": "1"}
+    states = {"s": (1.0, "1")}
+    def rates(self, t, v): return {"s": -v.x}
+    def calculate(self, t, v): return {"y": v.s}
+""",
+    "half": """\
+class Half:
+    inputs = {"x": "1"}
+    outputs = {"y": "1"}
+    def calculate(self, t, v): return {"y": v.x / 2}
+""",
+    "both": """\
+class Both:
+    inputs = {"u": "1", "v": "1", "w": "1"}
+    outputs = {"y1": "1", "y2": "1"}
+    def calculate(self, t, v): return {"y1": v.u + v.v / 2, "y2": v.v + v.w / 2}
+""",
+}
+
+
+def test_outputs_are_judged_each_by_its_own_inputs(tmp_path: Path) -> None:
+    """y1 follows v, which y2 is said to follow; y2 follows w."""
+    for name, text in PARTS.items():
+        (tmp_path / f"{name}.py").write_text(text)
+    (tmp_path / "s.yaml").write_text(SHARED)
+    (warning,) = run(tmp_path / "s.yaml", build_directory=tmp_path / "build").warnings
+    assert "b.y1 and b.y2 changed at t = 0.05 s when inputs were set" in warning
+
+
 @pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "jacobi"])
 def test_a_delay_is_of_first_order_and_certified(c_fmu: Fmus, algorithm: str) -> None:
     """y₁ = t + 0.5 y₂(t − H), y₂ = t − 0.5 y₁: against the solution without delay, 1.2 t."""
