@@ -16,6 +16,7 @@ from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.program import Recorder, Scalar, Variable
 
 HEAVE, TURN = 0.5, math.radians(15.0)  # limits: mean drafts, rad
+OF_GAP = 0.25  # of the distance between bodies, whose waves feel it
 OF_WAVE = 0.1  # of the wave length (at the peak): 36 deg of the phase
 
 
@@ -28,8 +29,12 @@ class Range:
     reason: str = ""
 
 
-def _drift(waves: Sequence[WaveSystem]) -> Range:
-    """The excitation is that at the reference place: a share of the shortest system's length."""
+def _drift(coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]) -> Range:
+    """The excitation is that at the reference place: a share of the shortest system's length.
+
+    In still water a share of the distance to the nearest of several bodies; one body may go
+    anywhere.
+    """
     if waves:
         length = min(system.length for system in waves)
         limit = OF_WAVE * length
@@ -38,7 +43,16 @@ def _drift(waves: Sequence[WaveSystem]) -> Range:
             f"length of {length:.4g} m"
         )
         return Range(-limit, limit, reason)
-    return Range()
+    ways = np.delete(coefficients.places, k, axis=0) - coefficients.places[k]
+    distances = [math.hypot(x, y) for x, y, _ in ways.tolist()]
+    if not distances or min(distances) == 0.0:
+        return Range()
+    limit = OF_GAP * min(distances)
+    reason = (
+        f"bodies feel each other as in the reference pose, for motions within {OF_GAP:g} of their "
+        f"distance of {min(distances):.4g} m"
+    )
+    return Range(-limit, limit, reason)
 
 
 def _heave(coefficients: Coefficients, k: int) -> Range:
@@ -82,7 +96,7 @@ def record_displacement(
 ) -> None:
     """Outputs surge, heave, pitch, … from the reference pose, with the limits of small motions."""
     reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
-    turn, drift = Range(-TURN, TURN, reason), _drift(waves)
+    turn, drift = Range(-TURN, TURN, reason), _drift(coefficients, k, waves)
     limits = {"heave": _heave(coefficients, k), "surge": drift, "sway": drift}
     for motion, value in zip(coefficients.body_motions, displacement, strict=True):
         limit = limits.get(motion.name, turn)
