@@ -263,8 +263,10 @@ def _write_partial(
         )
     except RunError as error:
         return f"its {count}: {error}"
-    if not options.no_plot:
-        output.with_suffix(".png").unlink(missing_ok=True)  # of an earlier one
+    picture = None if options.no_plot else output.with_suffix(".png")
+    beside = picture, animation_file(options, source.name), report_file(options, output)
+    for earlier in filter(None, beside):
+        earlier.unlink(missing_ok=True)
     return f"results until t = {simulation.time[-1]:.9g} s are in {files[-1]} ({count})"
 
 
