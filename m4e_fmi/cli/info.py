@@ -7,7 +7,6 @@ from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files, say, show_result
 from m4e_fmi.cli.shared.options import add_options, is_system, load_model, load_system
-from m4e_fmi.errors import InputError
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -20,11 +19,6 @@ def add(command: argparse.ArgumentParser) -> None:
         "--output-file", type=Path, metavar="FILE", help="draw a system here (.png, .svg or .pdf)"
     )
     command.add_argument("--algorithm", help="of a system, instead of the one in its file")
-    command.add_argument(
-        "--stability",
-        action="store_true",
-        help="of a system: hydrostatics and righting arms of floating bodies",
-    )
     add_options(command, "--build-folder")
     command.set_defaults(command=_run)
 
@@ -32,9 +26,6 @@ def add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.report import check_picture_path, draw_system, fmu_text
 
-    if options.stability:
-        _stability(options)
-        return
     is_fmu = options.source.suffix.lower() == ".fmu"
     if is_fmu:
         from m4e_fmi.fmu import fmu_contents
@@ -63,27 +54,3 @@ def _run(options: argparse.Namespace) -> None:
 
         model = load_model(options.source)
         print(f"{model_tables(model)}\n\n{model_program(model)}")
-
-
-def _stability(options: argparse.Namespace) -> None:
-    """Print what kinds tell by `FmuKind.stability`, of each component that has one."""
-    from m4e_fmi.cosim.system.component import Kind, kind_of
-
-    if options.source.suffix.lower() == ".fmu" or not is_system(options.source):
-        message = f"{options.source}: --stability is for systems with a component in water"
-        raise InputError.single(message, "give a system file")
-    system = load_system(options.source)
-    found = {c.name: c.source for c in system.components if isinstance(c.source, Kind)}
-    tells = {name: kind_of(k.name).stability for name, k in found.items()}
-    tells = {name: tell for name, tell in tells.items() if tell is not None}
-    if not tells:
-        message = f"{system.name}: no component floats"
-        raise InputError.single(
-            message, "--stability is for kind: hydrodynamics, and kind: morison"
-        )
-    if options.output_file:
-        message = "--output-file is for the picture of a system"
-        raise InputError.single(message, "leave it out beside --stability")
-    for name, tell in tells.items():
-        print(f"component {name}")
-        print(tell(found[name].config, folder=system.folder))

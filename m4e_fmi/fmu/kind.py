@@ -48,10 +48,9 @@ class FmuKind:
     and ``doubts_at_start(system, descriptions, wiring, start)`` those that need the values at the
     start. Each is asked once for a system, also if several of its kinds have it.
 
-    The rest is for kinds in water: ``stability(config, *, folder)`` is a text;
-    ``coefficients(config, *, name, folder, progress)`` are their hydrodynamic data,
-    ``config_of_file(path, *, progress, depth)`` the configuration for a file of these, and
-    ``refinement(config, *, folder, progress)`` a convergence study as text and JSON.
+    The rest is for kinds in water: ``coefficients(config, *, name, folder, progress)`` are their
+    hydrodynamic data, and ``config_of_file(path, *, progress, depth)`` the configuration for a file
+    of these.
     """
 
     config: type
@@ -64,7 +63,5 @@ class FmuKind:
     problems: Callable[..., Iterable[Problem]] = _none
     doubts: Callable[..., Iterable[str]] = _none
     doubts_at_start: Callable[..., Iterable[str]] = _none
-    stability: Function | None = None
     coefficients: Function | None = None
     config_of_file: Function | None = None
-    refinement: Function | None = None

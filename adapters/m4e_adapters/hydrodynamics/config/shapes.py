@@ -65,8 +65,8 @@ class Cylinder(Section):
     """Vertical circular cylinder of `radius` [m], flat bottom at z = −`draft` [m], axis at
     (`center_x`, `center_y`) [m]; submerged with a flat top at z = `top_z` [m].
 
-    `freeboard` [m] is the height of its deck above the still water: righting arms and the pressure
-    on whole hulls need it.
+    `freeboard` [m] is the height of its deck above the still water: the pressure on whole
+    hulls needs it.
     """
 
     radius: Length
@@ -111,8 +111,8 @@ class Box(Section):
     """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
     middle at (`center_x`, `center_y`) [m]; submerged with a flat top at z = `top_z` [m].
 
-    `freeboard` [m] is the height of its deck above the still water: righting arms and the pressure
-    on whole hulls need it.
+    `freeboard` [m] is the height of its deck above the still water: the pressure on whole
+    hulls needs it.
     """
 
     length: Length
