@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     )
     from m4e_fmi.report.text.tables import model_tables
     from m4e_fmi.report.text.wave_text import (
-        comparison_json,
-        comparison_text,
         hydro_json,
         hydro_text,
         sea_json,
@@ -58,8 +56,6 @@ __all__ = [
     "animate",
     "animate_run",
     "check_picture_path",
-    "comparison_json",
-    "comparison_text",
     "decay_json",
     "decay_text",
     "difference_json",
@@ -168,8 +164,6 @@ _MODULES = {
     ),
     "text.tables": ("model_tables",),
     "text.wave_text": (
-        "comparison_json",
-        "comparison_text",
         "hydro_json",
         "hydro_text",
         "sea_json",
