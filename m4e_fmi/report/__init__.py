@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from m4e_fmi.report.animation.results_page import animate, animate_run
     from m4e_fmi.report.data_files import write_hydro, write_sea, write_waves
     from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
-    from m4e_fmi.report.drawing.motion import plot_modes
     from m4e_fmi.report.drawing.record_figures import plot_decay, plot_differences
     from m4e_fmi.report.drawing.schematic import draw_model, model_figure
     from m4e_fmi.report.drawing.style import check_picture_path
@@ -75,7 +74,6 @@ __all__ = [
     "plot_decay",
     "plot_differences",
     "plot_hydro",
-    "plot_modes",
     "plot_run",
     "plot_simulation",
     "plot_waves",
@@ -111,7 +109,6 @@ _MODULES = {
         "plot_run",
         "plot_simulation",
     ),
-    "drawing.motion": ("plot_modes",),
     "drawing.record_figures": (
         "plot_decay",
         "plot_differences",
