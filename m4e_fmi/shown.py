@@ -113,12 +113,5 @@ def span(time: Sequence[float] | np.ndarray) -> str:
 
 
 def views() -> Any:
-    """The package that makes more than text of objects; it is above those whose objects ask."""
+    """The module that makes figures and animations; it is above those whose objects ask."""
     return import_module("m4e_fmi.notebook")
-
-
-class Displayed:
-    """Base of objects that notebooks show as HTML."""
-
-    def _repr_html_(self) -> str:
-        return views().html(self)

@@ -46,7 +46,7 @@ from m4e_fmi.analysis.points import (
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import mass_matrix_program
 from m4e_fmi.program import Jacobian, Part, Program, Variable, jacobian, tangent
-from m4e_fmi.shown import Displayed, listing, short
+from m4e_fmi.shown import listing, short
 
 MassMatrix = Callable[[OperatingPoint], Floats]
 """The mass matrix (n, n) [kg, kg.m, kg.m2] at a point, in the order of the coordinates."""
@@ -106,7 +106,7 @@ class Mechanical:
 
 
 @dataclass(frozen=True)
-class Linearization(Displayed):
+class Linearization:
     """δẋ = A δx + B δinput, δy = C δx + D δinput about `point`.
 
     `states` are in the order of x: coordinates, their velocities, other states. `rates` = ẋ and

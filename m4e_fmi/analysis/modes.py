@@ -12,7 +12,7 @@ from m4e_fmi.analysis.linearization import Linearization
 from m4e_fmi.analysis.points import place
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Variable
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 
 Complex = NDArray[np.complex128]
 
@@ -24,7 +24,7 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class Modes(Displayed):
+class Modes:
     """Solutions v e^{λt} of δẋ = A δx, one of each conjugate pair (that with Im λ > 0).
 
     In the order of |λ|; equal ones by their damping, then by where they move most. Column k of

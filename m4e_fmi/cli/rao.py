@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import add_log, count, print_files, show, show_result, warn
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show_result, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     add_options,
@@ -22,7 +21,7 @@ from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import OperatingPoint
-    from m4e_fmi.analysis.response import Comparison, InWaves, Sea
+    from m4e_fmi.analysis.response import InWaves, Sea
 
 PEAKS = 2.5
 """Peak frequencies up to which forces are computed for a sea."""
@@ -69,11 +68,6 @@ def add(command: argparse.ArgumentParser) -> None:
         "--outputs", nargs="+", action="extend", metavar="NAME",
         help="outputs or states; default coordinates and powers",
     )  # fmt: skip
-    command.add_argument(
-        "--check",
-        action="store_true",
-        help="simulate the wave with the largest third harmonic, or an hour of the sea, beside it",
-    )
     add_options(command, "--start-value", "--json")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_rao.nc"
@@ -109,8 +103,6 @@ def _check(options: argparse.Namespace) -> None:
         message = f"{options.model}: a model alone is in no waves"
         raise InputError.single(message, "give a system with a component in water")
     if options.sea is None:
-        if options.check and not options.height:
-            raise InputError.single("--check compares waves of a height", "add --height, or --sea")
         return
     if len(options.sea) not in (0, 2, 3):
         message = f"--sea takes HEIGHT PERIOD [GAMMA], or nothing; got {len(options.sea)} numbers"
@@ -148,9 +140,7 @@ def _regular(
     output: Path,
     options: argparse.Namespace,
 ) -> None:
-    import numpy as np
-
-    from m4e_fmi.analysis.response import compared_in_time, wave_response
+    from m4e_fmi.analysis.response import wave_response
     from m4e_fmi.report import plot_waves, wave_json, wave_text, write_waves
 
     response = wave_response(
@@ -166,28 +156,20 @@ def _regular(
     if not options.no_plot:
         files.append(plot_waves(response, output.with_suffix(".png")))
 
-    def check() -> tuple[list[Comparison], str]:
-        found = np.isfinite(response.values).all(axis=2)
-        largest = np.where(found, response.third.max(axis=2), -1.0)
-        d, k = (int(place) for place in np.unravel_index(largest.argmax(), largest.shape))
-        compared = compared_in_time(waves, response, period=k, direction=d, progress=count)
-        return compared, f"of {response.periods[k]:.4g} s"
-
-    _tell(options, wave_text(response), wave_json(response), files, check, settled=_settled(waves))
+    show_result(wave_text(response), wave_json(response), options)
+    print_files(files, options)
 
 
 def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.Namespace) -> None:
-    from m4e_fmi.analysis.response import compared_in_time, sea_response
+    from m4e_fmi.analysis.response import sea_response
     from m4e_fmi.report import sea_json, sea_text, write_sea
 
     sea = _given_sea(waves, point, options)
     response = sea_response(waves, point, sea, outputs=options.outputs, progress=count)
     files = [write_sea(response, output)]
 
-    def check() -> tuple[list[Comparison], str]:
-        return compared_in_time(waves, response, progress=count), "of an hour, in the same waves"
-
-    _tell(options, sea_text(response), sea_json(response), files, check, settled=_settled(waves))
+    show_result(sea_text(response), sea_json(response), options)
+    print_files(files, options)
 
 
 def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespace) -> Sea:
@@ -198,38 +180,6 @@ def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespac
     height, period, *enhancement = options.sea
     angle = directions[0] if directions else waves.own_direction(point)
     return waves.jonswap(height, period, enhancement[0] if enhancement else ENHANCEMENT, angle)
-
-
-def _settled(waves: InWaves) -> list[str]:
-    from m4e_fmi.analysis.points import local_parts
-
-    return [part.name for part, _ in local_parts(waves.program)]
-
-
-def _tell(
-    options: argparse.Namespace,
-    text: str,
-    values: dict[str, object],
-    files: list[Path],
-    check: Callable[[], tuple[list[Comparison], str]],
-    *,
-    settled: Sequence[str],
-) -> None:
-    """Print a response as `text` or JSON, and the simulation beside it where that is asked for.
-
-    `settled` are the components that were the same law at rest in both.
-    """
-    from m4e_fmi.report import comparison_json, comparison_text
-
-    if not options.json:
-        show(text)
-        print_files(files)
-    if options.check:
-        found, title = check()
-        values["check"] = comparison_json(found, title=title, settled=settled)
-        text = comparison_text(found, title=title, settled=settled)
-    if options.check or options.json:
-        show_result(text, values, options)
 
 
 def _range(text: str) -> list[float]:

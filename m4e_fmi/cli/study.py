@@ -7,17 +7,11 @@ from pathlib import Path
 
 from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
 from m4e_fmi.cli.shared.options import EXIT_FAILED, add_options, report_file
-from m4e_fmi.errors import InputError
 
 
 def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `study`."""
     command.add_argument("study", type=Path, help="a study file (YAML)")
-    command.add_argument(
-        "--dry-run",
-        action="store_true",
-        help="tell what would be done: runs, kept ones, FMUs to be built",
-    )
     command.add_argument(
         "--jobs",
         type=_positive,
@@ -27,12 +21,11 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--fresh", action="store_true", help="make all runs, also those kept from earlier studies"
     )
-    add_options(command, "--no-plot")
     command.add_argument(
         "--output-file",
         type=Path,
         metavar="FILE",
-        help="the result (.nc, or .csv as a long table); default build/NAME.nc",
+        help="the result (.nc); default build/NAME.nc",
     )
     add_options(
         command,
@@ -59,24 +52,16 @@ def _positive(text: str) -> int:
 def _run(options: argparse.Namespace) -> int:
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.files.writing import check_suffix
-    from m4e_fmi.study.estimate import estimate
     from m4e_fmi.study.given.study import load_study
     from m4e_fmi.study.report.of_study import report_of_study
     from m4e_fmi.study.run import SUFFIXES, run_study
-    from m4e_fmi.study.shown.figure import plot_study
     from m4e_fmi.study.shown.summary import summary
 
     if options.output_file:
         check_suffix(options.output_file, SUFFIXES, "the result of a study")
     study = load_study(options.study)
-    if options.dry_run:
-        show(estimate(study, build_directory=options.build_folder))
-        return 0
     output = options.output_file or options.build_folder / f"{file_stem(study.name)}.nc"
     report = report_file(options, output)
-    if report and output.suffix.lower() != ".nc":
-        message = "--report is made from a netCDF file"
-        raise InputError.single(message, "let --output-file end with .nc", str(output))
     with runs_progress() as progress:
         outcome = run_study(
             study,
@@ -90,8 +75,6 @@ def _run(options: argparse.Namespace) -> int:
     printed = summary(outcome)
     show(printed)
     print_files([output])
-    if not options.no_plot and study.wanted:
-        print_files([plot_study(outcome, output.with_suffix(".png"))])
     if report:
         given = options.given
         print_files([report_of_study(output, report, printed=printed, command=given)])

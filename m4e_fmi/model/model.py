@@ -11,11 +11,11 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model.checks import doubts, findings, findings_with, lacking
 from m4e_fmi.model.findings import ModelFinding
 from m4e_fmi.model.groups import Groups
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 
 
 @dataclass(frozen=True)
-class Model(Groups, Displayed):
+class Model(Groups):
     """A multibody system: names map to elements, in the order they were given.
 
     With `dimensions` 2 it lies in the X–Z plane, with 3 it moves in space. `gravity` is the

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from m4e_fmi.report.animation.results_page import animate, animate_run
     from m4e_fmi.report.data_files import write_hydro, write_sea, write_waves
     from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
-    from m4e_fmi.report.drawing.motion import plot_modes
     from m4e_fmi.report.drawing.record_figures import plot_decay, plot_differences
     from m4e_fmi.report.drawing.schematic import draw_model, model_figure
     from m4e_fmi.report.drawing.style import check_picture_path
@@ -44,8 +43,6 @@ if TYPE_CHECKING:
     )
     from m4e_fmi.report.text.tables import model_tables
     from m4e_fmi.report.text.wave_text import (
-        comparison_json,
-        comparison_text,
         hydro_json,
         hydro_text,
         sea_json,
@@ -58,8 +55,6 @@ __all__ = [
     "animate",
     "animate_run",
     "check_picture_path",
-    "comparison_json",
-    "comparison_text",
     "decay_json",
     "decay_text",
     "difference_json",
@@ -79,7 +74,6 @@ __all__ = [
     "plot_decay",
     "plot_differences",
     "plot_hydro",
-    "plot_modes",
     "plot_run",
     "plot_simulation",
     "plot_waves",
@@ -115,7 +109,6 @@ _MODULES = {
         "plot_run",
         "plot_simulation",
     ),
-    "drawing.motion": ("plot_modes",),
     "drawing.record_figures": (
         "plot_decay",
         "plot_differences",
@@ -168,8 +161,6 @@ _MODULES = {
     ),
     "text.tables": ("model_tables",),
     "text.wave_text": (
-        "comparison_json",
-        "comparison_text",
         "hydro_json",
         "hydro_text",
         "sea_json",

@@ -1,18 +1,16 @@
 """Variables over time of a file of results: ours (netCDF), or a table of any tool.
 
-`read_compared` gives all of them, to be compared; `read_measured` one motion, in SI units. `doubts`
-are rows of a record that seem to be no measurements: marks of missing values.
+`read_compared` gives all of them, to be compared; `read_measured` one motion, in SI units.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
@@ -24,11 +22,6 @@ from m4e_fmi.units import Unit, parse_unit
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
-LEAST_NINES = 3
-"""Of a mark, as -9999 or 999.9."""
-BEYOND = 2.0
-"""Magnitude of a mark, over the largest of the other values, at least."""
-REMEDY = "they count as measured; if they are not, leave their entries empty"
 MOTIONS = {
     **dict.fromkeys(("surge", "x"), "surge"),
     **dict.fromkeys(("sway", "y"), "sway"),
@@ -137,38 +130,12 @@ def _check_times(path: Path, time: np.ndarray, lines: Sequence[int] | None) -> N
         raise InputError(shortened(problems) or [Problem("has no rows", "", str(path))])
 
 
-def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) -> Iterator[str]:
-    """Sentences on rows of `values` (n,) [`unit`] at `time` (n,) [s] that may be no measurements.
-
-    Values that are not finite are gaps, of which nothing is told here.
-    """
-    known = np.isfinite(values)
-    t, x = time[known], values[known]
-    for value in np.unique(x[marks(x)]).tolist():
-        rows = t[x == value]
-        count = f"{len(rows)} row{'s are' if len(rows) > 1 else ' is'}"
-        yield (
-            f"{count} {value:g} {unit}, the first at {rows[0]:g} s, as marks of missing "
-            f"values are: {REMEDY}"
-        )
-
-
-def marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Mask (n,) [1] of the `values` (n,) [any unit] that are nines, far beyond all others."""
-    digits = {value: f"{abs(value):g}".replace(".", "") for value in np.unique(values).tolist()}
-    nines = np.isin(values, [v for v, d in digits.items() if d == "9" * max(LEAST_NINES, len(d))])
-    others = np.abs(values[~nines])
-    if not len(others):
-        return np.zeros(len(values), bool)
-    return nines & (np.abs(values) > BEYOND * others.max())
-
-
 @dataclass(frozen=True)
 class Measured:
     """`values` (n,) [`unit`, m or rad] of a motion at `time` (n,) [s], as recorded in a file.
 
     `motion` is surge, heave, …, or empty if the name does not say which. `notes` tell what was
-    taken for granted; those that are `doubts` tell of rows that may be no measurements.
+    taken for granted.
     """
 
     path: Path
@@ -178,7 +145,6 @@ class Measured:
     time: np.ndarray = field(repr=False)
     values: np.ndarray = field(repr=False)
     notes: tuple[str, ...] = ()
-    doubts: tuple[str, ...] = ()
 
 
 def read_measured(path: Path, name: str | None = None) -> Measured:
@@ -208,7 +174,6 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
         "a length or an angle",
         "choose another column or variable",
     )
-    doubted = tuple(doubts(found.time, chosen.values, text)) if is_table else ()
     known = np.isfinite(chosen.values)
     if not (known.all() or is_table):
         first = int(np.argmin(known))
@@ -223,8 +188,7 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
         motion,
         found.time[known],
         chosen.values[known] * unit.factor,
-        (*notes, *doubted),
-        doubted,
+        tuple(notes),
     )
 
 

@@ -42,7 +42,7 @@ from m4e_fmi.results.row_file import (
     blocks_of_rows,
 )
 from m4e_fmi.results.series import Series, as_dataset, recorded_as
-from m4e_fmi.shown import Displayed, listing, span, views
+from m4e_fmi.shown import listing, span, views
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Animation:
 
 
 @dataclass(frozen=True)
-class Results(Displayed):
+class Results:
     """A results file in memory: `time` [s], `components[component][variable]`, the attributes.
 
     UnknownNameError, which is a KeyError, where there is no such component or variable.

@@ -26,7 +26,7 @@ from m4e_fmi.program import TIME, Program, Variable, evaluated, kinks
 from m4e_fmi.results.series import Series, as_dataset
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
-from m4e_fmi.shown import Displayed, listing, short, span, views
+from m4e_fmi.shown import listing, short, span, views
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.loops import check_start, explained, singular_row, with_shares
 from m4e_fmi.simulate.solvers import solve_compiled, solve_python
@@ -56,7 +56,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Simulation(Displayed):
+class Simulation:
     """Result of a simulation: `time` [s], shape (n,), and states and outputs over time.
 
     `values` by name have shape (n,), and the unit of their variable. `load.<name>.work` and

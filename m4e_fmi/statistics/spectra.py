@@ -76,26 +76,6 @@ class Spectrum:
                 at += 0.5 * (low - high) / bend * float(self.omega[1])
         return 2.0 * np.pi / at
 
-    @property
-    def bandwidth(self) -> float:
-        """ε = √(1 − m₂²/(m₀ m₄)) [1], 0 for a narrow band (Cartwright, Longuet-Higgins 1956)."""
-        return float(
-            np.sqrt(
-                max(0.0, 1.0 - self.moment(2) / self.moment(0) * (self.moment(2) / self.moment(4)))
-            )
-        )
-
-    @property
-    def variance_error(self) -> float:
-        """Relative standard error [1] of the variance as that of a longer Gaussian process.
-
-        √(2π ∫S² dω / T)/m₀ of a record of duration T; ∫S² without what the scatter of the
-        estimated density adds, 2 over the degrees of freedom.
-        """
-        square = float(np.trapezoid(self.density**2, self.omega))
-        square /= 1.0 + 2.0 / self.degrees_of_freedom
-        return float(np.sqrt(2.0 * np.pi * square / self.duration)) / self.moment(0)
-
 
 def spectrum(time: ArrayLike, values: ArrayLike, *, segment: float | None = None) -> Spectrum:
     """Spectrum of `values` (n,), in their unit, at `time` (n,) [s], in segments [s] of a length.

@@ -217,7 +217,7 @@ _EVERY = (
         )
         for order, unit in (
             (0, _squared),
-            *((k, partial(_squared_times_frequency, k)) for k in (1, 2, 4)),
+            *((k, partial(_squared_times_frequency, k)) for k in (1, 2)),
         )
     ),
     *(
@@ -227,7 +227,6 @@ _EVERY = (
             ("mean_period", "T₀₁ = 2π m₀/m₁", _seconds),
             ("zero_crossing_period", "T₀₂ = 2π √(m₀/m₂)", _seconds),
             ("peak_period", "period of the highest spectral density", _seconds),
-            ("bandwidth", "√(1 − m₂²/(m₀ m₄)), 0 for a narrow band", _none),
         )
     ),
     Statistic(

@@ -18,6 +18,7 @@ from PIL import Image
 from m4e_fmi.cli import main
 from m4e_fmi.model import load_model
 from m4e_fmi.report import draw_model
+from m4e_fmi.study import load_study
 
 DOCS = Path(__file__).parents[2] / "docs"
 SOURCES = ("m4e_fmi", "adapters", "fmus")
@@ -89,8 +90,7 @@ def test_the_tutorial_leads_to_a_power_matrix(
     text = text.replace("connections:\n", f"connections:\n{mass}")
     Path("system.yaml").write_text(text, "utf-8")
     Path("study.yaml").write_text(study, "utf-8")
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
-    assert "my_matrix: 12 runs" in capsys.readouterr().out
+    assert load_study("study.yaml").grid.count == 12
     assert main(["info", "system.yaml"]) == 0
     assert "neutral_mass - 11368.5 -> buoy.m" in capsys.readouterr().out
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.frames import floating_frame
+from support.response_in_time import compared_in_time, started_at
 
 from m4e_adapters.morison import MorisonConfig, members_in_waves
 from m4e_fmi.analysis import equilibrium, linearize
 from m4e_fmi.analysis.response import (
     InWaves,
-    compared_in_time,
     sea_response,
     wave_response,
 )
@@ -49,7 +49,7 @@ def test_small_waves_are_those_of_a_simulation(
     response = wave_response(waves, point, periods=[period], outputs=OUTPUTS)
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=OUTPUTS)
     amplitude = height / 2
-    start = local.start(np.real(amplitude * response.states[0, 0]))
+    start = started_at(local, np.real(amplitude * response.states[0, 0]))
     result = simulate(
         system_program(system).with_start(start),
         stop_time=2 * period,

@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 from support.floating_buoy import held_buoy
 from support.published_coefficients import sphere
+from support.response_in_time import compared_in_time
 
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_fmi.analysis import OperatingPoint, equilibrium, frequency_response, linearize
@@ -17,7 +18,6 @@ from m4e_fmi.analysis.points import Floats
 from m4e_fmi.analysis.response import (
     InWaves,
     Sea,
-    compared_in_time,
     sea_response,
     wave_response,
 )

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.response_in_time import compared_in_time
 
 from m4e_fmi.analysis import OperatingPoint, equilibrium
 from m4e_fmi.analysis.points import Evaluation, operating_point
-from m4e_fmi.analysis.response import InWaves, compared_in_time, sea_response, wave_response
+from m4e_fmi.analysis.response import InWaves, sea_response, wave_response
 from m4e_fmi.cosim import load_system, system_in_waves, system_program
 
 MODEL = """\

@@ -21,8 +21,8 @@ from m4e_fmi.analysis.comparison.measures import (
     scales,
 )
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.results.compared_file import ComparedFile, TableVariable, doubts, read_compared
-from m4e_fmi.results.results_file import NETCDF, Results
+from m4e_fmi.results.compared_file import ComparedFile, read_compared
+from m4e_fmi.results.results_file import Results
 
 SMALL_PART = 0.05
 """Part of a reference that may be lacking, if that is less than two of its steps."""
@@ -178,15 +178,8 @@ def _difference(
         left_out=both.left_out, lacking=both.lacking, interpolated=both.interpolated,
         interpolation_error=both.error, rms=rms, largest=largest, largest_at=at,
         sizes=sizes, scale=getattr(sizes, relative_to), nrmse=nrmse, phase=found,
-        notes=(*pair.notes, *_doubts(variable, a), *_doubts(reference, b)),
+        notes=pair.notes,
     )  # fmt: skip
-
-
-def _doubts(one: TableVariable, file: ComparedFile) -> list[str]:
-    """Notes on rows of a table that may be no measurements; results of ours have none."""
-    if one.held or file.path.suffix.lower() == NETCDF:
-        return []
-    return [f"{file.path.name}: {text}" for text in doubts(file.time, one.values, one.unit or "1")]
 
 
 def _grouped_notes(found: Mapping[str, Difference]) -> list[str]:

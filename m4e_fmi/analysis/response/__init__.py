@@ -6,18 +6,15 @@ Imports `m4e_fmi.analysis` below it. Start with `waves`, then `wave_response` an
 """
 
 from m4e_fmi.analysis.response.sea_response import SeaResponse, sea_response
-from m4e_fmi.analysis.response.time_domain import Comparison, compared_in_time
 from m4e_fmi.analysis.response.wave_response import WaveResponse, wave_response
 from m4e_fmi.analysis.response.waves import InWaves, Sea, WaveForces
 
 __all__ = [
-    "Comparison",
     "InWaves",
     "Sea",
     "SeaResponse",
     "WaveForces",
     "WaveResponse",
-    "compared_in_time",
     "sea_response",
     "wave_response",
 ]

@@ -140,11 +140,6 @@ class LocalEquations:
                 row[places] = rotated(row[places], step[first : first + 3])
         return states
 
-    def start(self, step: Floats) -> dict[str, float]:
-        """Start values of the program's states at a `step` (n,), in SI, by name."""
-        names = [v.name for v in self._linear.program.states]
-        return dict(zip(names, self._moved(step[None])[0].tolist(), strict=True))
-
 
 class _Many(Evaluation):
     """Outputs of a program for many rows of its states and of the inputs `names`."""

@@ -64,7 +64,6 @@ KINDS = {
         "many runs of NAME.system.yaml, which is written if it is not there",
         {"study.yaml": "NAME.study.yaml"},
         (
-            ("m4e-fmi study NAME.study.yaml --dry-run", "how many runs, what is varied"),
             ("m4e-fmi study NAME.study.yaml", "make them; the result goes to build/"),
         ),
         beside=_SYSTEM,

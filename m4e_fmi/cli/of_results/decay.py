@@ -52,11 +52,9 @@ def _run(options: argparse.Namespace) -> None:
         found = fit_decay(motion.time, motion.values, start=options.from_, end=options.to_)
     except InputError as error:
         (problem,) = error.problems
-        remedy = "; ".join((*motion.doubts, problem.remedy))
-        raise InputError.single(problem.message, remedy, str(path)) from None
+        raise InputError.single(problem.message, problem.remedy, str(path)) from None
     except RunError as error:
-        remedy = "; ".join((*motion.doubts, error.remedy))
-        raise RunError(f"{path}: {error.message}", remedy) from None
+        raise RunError(f"{path}: {error.message}", error.remedy) from None
     inertia = {"mass": options.mass, "stiffness": options.stiffness}
     values = decay_json(found, motion, **inertia)
     show_result(decay_text(found, motion, **inertia), values, options)

@@ -270,12 +270,6 @@ def waiting(
     return tuple(n for n, place in places.items() if n in long and not place.record), drafts
 
 
-def missing_fmus(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
-    """Components whose FMU would be built: it is not there, or made from something else."""
-    _, places = _places(system, build_directory)
-    return tuple(name for name, place in places.items() if not place.record)
-
-
 @dataclass(frozen=True)
 class _Place:
     """Where the FMU of a component is built (`native` or not), and a hash of what it is made from.

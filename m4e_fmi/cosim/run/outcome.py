@@ -11,13 +11,13 @@ from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.results_file import Results, load
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 
 NOT_ASKED = "it was not estimated, as asked (certify, --no-certify)"
 
 
 @dataclass(frozen=True)
-class Outcome(Displayed):
+class Outcome:
     """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
 
     `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.

@@ -14,7 +14,7 @@ from m4e_fmi.cosim.system.simulation import SETTINGS, Simulation, Time
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location, Section, rejected
 from m4e_fmi.files.limits import LONGEST_RUN
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 
 Amount = float | str
 """A number in the unit of its signal, or a text with a unit of its own: ``"2 cm"``."""
@@ -135,7 +135,7 @@ class ParameterSet(dict[str, StartValue]):
 
 
 @dataclass(frozen=True)
-class System(Displayed):
+class System:
     """Components, the connections between them, and the simulation.
 
     A connection is text: ``a.group <-> b.group`` connects connectors, ``a.variable -> b.variable``

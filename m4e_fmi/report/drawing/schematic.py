@@ -65,7 +65,7 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
         shortened(scene.title), (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
         textcoords="offset points", fontsize=12, fontweight="bold", color=INK,
     )  # fmt: skip
-    paint(axis, scene, poses, 0)
+    paint(axis, scene, poses)
     labels = Labels(axis)
     for drawn in axis.collections:
         if isinstance(drawn, LineCollection):

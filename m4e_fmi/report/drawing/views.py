@@ -123,14 +123,8 @@ def limits(scene: Scene, poses: Poses, margin: float = 0.1) -> tuple[Floats, Flo
     return flat.min(axis=0) - room, flat.max(axis=0) + room
 
 
-def prepare(axis: Axes, low: Floats, high: Floats) -> None:
-    """Set an axis up for what lies between the corners `low` and `high`, (2,) each [m]."""
-    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    axis.axis("off")
-
-
-def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float = 1.0) -> None:
-    """Draw all bodies, joints and loads, the farthest first; `strength` 1 covers what is behind."""
+def paint(axis: Axes, scene: Scene, poses: Poses) -> None:
+    """Draw all bodies, joints and loads in the first of the `poses`, the farthest first."""
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.colors import to_rgba
 
@@ -139,7 +133,7 @@ def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float
     for body, one in enumerate(scene.bodies):
         hue = np.array(to_rgba(colour(body)))
         for hull in one.surfaces:
-            corners = poses.all_of(body, hull.vertices, frame)
+            corners = poses.all_of(body, hull.vertices)
             for faces in hull.alike:
                 sides = corners[faces]
                 shares = PALEST + (DARKEST - PALEST) * (1.0 - view.facing(sides))
@@ -149,8 +143,8 @@ def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float
                 width = 0.6 if hull.edged else 0.3
                 parts += [_Part(*of, width) for of in zip(sides, shades, edges, strict=True)]
         for end in one.sticks:
-            tip = poses.all_of(body, np.array([end]), frame)[0]
-            parts.append(_Part(np.array([poses.places[frame, body], tip]), NONE, hue, 2.2))
+            tip = poses.all_of(body, np.array([end]))[0]
+            parts.append(_Part(np.array([poses.places[0, body], tip]), NONE, hue, 2.2))
     parts.sort(key=lambda part: -float((part.points @ view.ahead).mean()))
     axis.add_collection(
         PolyCollection(
@@ -158,26 +152,24 @@ def paint(axis: Axes, scene: Scene, poses: Poses, frame: int, *, strength: float
             facecolors=np.array([part.face for part in parts]),
             edgecolors=np.array([part.edge for part in parts]),
             linewidths=[part.width for part in parts],
-            alpha=None if strength == 1.0 else strength,
             zorder=5,
         )
     )
     size = max(np.ptp(axis.get_xlim()), np.ptp(axis.get_ylim()))
     for rope in scene.ropes:
-        ends = view.flat(np.array([poses.of(spot, frame) for spot in rope.ends]))
+        ends = view.flat(np.array([poses.of(spot) for spot in rope.ends]))
         lines = tie_lines(rope.kind, ends, rope.rank, float(size))
         hue = colour_of(rope.kind)
-        axis.add_collection(LineCollection(lines, colors=hue, lw=1.1, zorder=6, alpha=strength))
+        axis.add_collection(LineCollection(lines, colors=hue, lw=1.1, zorder=6))
         fixed = [at for spot, at in zip(rope.ends, ends, strict=True) if spot.body == GROUND]
         for at in fixed:
             draw_ground(axis, at)
     for start, end, turns in scene.axes:
-        line = view.flat(np.array([poses.of(start, frame), poses.of(end, frame)]))
-        axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6,
-                  alpha=strength)  # fmt: skip
+        line = view.flat(np.array([poses.of(start), poses.of(end)]))
+        axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6)
     for spot, weld in scene.hinges:
-        at, marker = view.flat(poses.of(spot, frame)), "s" if weld else "o"
-        axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7, alpha=strength)
+        at, marker = view.flat(poses.of(spot)), "s" if weld else "o"
+        axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7)
 
 
 def draw_ground(axis: Axes, at: Floats, along: Floats = RIGHT) -> None:

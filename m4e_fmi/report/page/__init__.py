@@ -1,1 +1,1 @@
-"""The page that an FMU carries about itself: HTML with MathML and a picture."""
+"""The page that an FMU carries about itself: HTML with a picture and equations."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from html import escape
+from collections.abc import Iterable, Sequence
 
 import m4e_fmi
 from m4e_fmi.fmu import ModelDescription
@@ -12,22 +11,8 @@ from m4e_fmi.fmu.export.description import Options
 from m4e_fmi.fmu.export.model_description import QUANTITIES, display_factor
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
-from m4e_fmi.report.page.mathml import equations_markup
-from m4e_fmi.report.web.markup import filled, text_of
+from m4e_fmi.report.web.markup import escaped, filled, folded, table, text_of
 from m4e_fmi.simulate.simulation import FIXED
-
-EQUATIONS = (
-    '<math><mrow><mi>M</mi><mo stretchy="false">(</mo><mi>q</mi><mo stretchy="false">)</mo>'
-    '<mi class="letter">u\u0307</mi><mo>=</mo><mi>f</mi><mo stretchy="false">(</mo><mi>t</mi>'
-    '<mo>,</mo><mi>q</mi><mo>,</mo><mi>u</mi><mo stretchy="false">)</mo></mrow></math> with '
-    '<math><mrow><mi class="letter">q\u0307</mi><mo>=</mo><mi>u</mi></mrow></math>'
-)
-QUATERNIONS = (
-    ' but for quaternions: <math><mrow><mi class="letter">e\u0307</mi><mo>=</mo>'
-    '<mfrac><mn>1</mn><mn>2</mn></mfrac><mo stretchy="false">(</mo><mn>0</mn><mo>,</mo>'
-    '<mi class="letter">ω</mi><mo stretchy="false">)</mo><mi>e</mi></mrow></math>'
-)
-"""Where there are more coordinates than velocities."""
 
 CAUSALITIES = {
     "input": "Inputs",
@@ -46,12 +31,8 @@ def fmu_page(
     *,
     drawing: str,
     equations: Equations,
-    states: Mapping[str, str],
 ) -> str:
-    """The page of a model: facts, the `drawing` (SVG), connectors, `variables`, equations.
-
-    `states` says what the states of the model's program are called.
-    """
+    """The page of a model: facts, the `drawing` (SVG), connectors, `variables`, equations."""
     axes = "X to the right, Z up, " + (
         "angles from Z towards X"
         if equations.topology.is_planar
@@ -65,7 +46,7 @@ def fmu_page(
         "<h2>Variables</h2>",
         *_variables(variables),
         "<h2>Equations of motion</h2>",
-        *_equations(equations, states),
+        _equations(equations),
     ]
     return _page(description, sections)
 
@@ -82,15 +63,14 @@ def whole_page(
 
     `components` are rows of a name, what it is made from, a description.
     """
-    rows = [(f"!<code>{escape(name)}</code>", *map(escape, more)) for name, *more in components]
-    lines = [(f"<code>{escape(text)}</code>",) for text in connections]
+    lines = [(text,) for text in connections]
     sections = [
         _facts(description, options, "in the units below, angles in radians unless given"),
         "<h2>Components</h2>",
         "<p>Their equations are connected to one set, without steps between them.</p>",
-        _table(("Name", "Made from", "Description"), rows),
+        table("", ("Name", "Made from", "Description"), components, texts=3),
         "<h2>Connections</h2>",
-        _table(("Connection",), lines) if lines else "<p>There are none.</p>",
+        table("", ("Connection",), lines) if lines else "<p>There are none.</p>",
         "<h2>How to connect it</h2>",
         _connectors(variables),
         "<h2>Variables</h2>",
@@ -101,8 +81,8 @@ def whole_page(
 
 def _page(description: ModelDescription, sections: Sequence[str]) -> str:
     texts = {
-        "@title@": escape(description.name),
-        "@description@": escape(" ".join(description.description.split())),
+        "@title@": escaped(description.name),
+        "@description@": escaped(" ".join(description.description.split())),
         "@sections@": "\n".join(sections),
     }
     return filled(text_of("m4e_fmi.report.page", "fmu_page.html"), texts)
@@ -124,7 +104,7 @@ def _facts(description: ModelDescription, options: Options, values: str) -> str:
         "Values": values,
         "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside",
     }
-    listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in rows.items())
+    listed = "".join(f"<dt>{name}</dt><dd>{escaped(text)}</dd>" for name, text in rows.items())
     more = '<dt>Licenses</dt><dd><a href="licenses/license.txt">of the code in it</a></dd>'
     return f'<dl class="card">{listed}{more}</dl><br>'
 
@@ -138,7 +118,7 @@ def _connectors(variables: Iterable[Grouped]) -> str:
             parts = groups.setdefault(group, {"input": [], "output": []})
             parts[v.first.causality].append(member)
     rows = [
-        (f"<code>{escape(group)}</code>", _listed(parts["input"]), _listed(parts["output"]))
+        (group, ", ".join(parts["input"]), ", ".join(parts["output"]))
         for group, parts in groups.items()
         if parts["input"]
     ]
@@ -148,11 +128,7 @@ def _connectors(variables: Iterable[Grouped]) -> str:
         "A connector is a group of variables: forces and moments go in, the motion comes out. "
         "Forces and positions are in world axes; what is not connected keeps its start value."
     )
-    return f"<p>{text}</p>" + _table(("Connector", "In", "Out"), rows)
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(f"<code>{escape(name)}</code>" for name in names)
+    return f"<p>{text}</p>" + table("", ("Connector", "In", "Out"), rows, texts=3)
 
 
 def _variables(variables: Sequence[Grouped]) -> Iterable[str]:
@@ -160,14 +136,13 @@ def _variables(variables: Sequence[Grouped]) -> Iterable[str]:
         chosen = [v for v in variables if v.first.causality == causality]
         if not chosen:
             continue
-        table = _table(
-            ("Name", "Description", "Unit", "#Start", "Limits"), [_row(v) for v in chosen]
-        )
+        heads = ("Name", "Description", "Unit", "Limits", "Start")
+        body = table("", heads, map(_row, chosen), texts=4)
         if causality == "local":
             summary = f"{len(chosen)} more, that are seen but not meant to be connected"
-            yield f"<details><summary>{summary}</summary>{table}</details>"
+            yield f"<details><summary>{summary}</summary>{body}</details>"
         else:
-            yield f"<h3>{title}</h3>{table}"
+            yield f"<h3>{title}</h3>{body}"
 
 
 def _row(variable: Grouped) -> tuple[str, ...]:
@@ -175,24 +150,18 @@ def _row(variable: Grouped) -> tuple[str, ...]:
     shown = v.display_unit or (QUANTITIES[v.unit].shown if v.unit in QUANTITIES else None)
     start = ""
     if isinstance(v.start, float | int):
-        start = f"#{_starts(variable)}"
+        start = _starts(variable)
         if v.display_unit:
             factor = display_factor(v.unit, v.display_unit)
-            start += f"<br>{_starts(variable, factor)} {v.display_unit}"
+            start += f"\n{_starts(variable, factor)} {v.display_unit}"
     limits = [f"≥ {v.minimum:g}"] if v.minimum > float("-inf") else []
     limits += [f"≤ {v.maximum:g}"] if v.maximum < float("inf") else []
     limits += ["tunable"] if v.causality == "parameter" and v.variability == "tunable" else []
-    unit = escape(variable.unit or "")
+    unit = variable.unit or ""
     if unit and shown:
-        unit += f" ({escape(shown)})"
+        unit += f" ({shown})"
     size = str(list(variable.shape)) if variable.shape else ""
-    return (
-        f"!<code>{escape(variable.name)}</code>{size}",
-        escape(variable.description),
-        unit,
-        start,
-        ", ".join(limits),
-    )
+    return f"{variable.name}{size}", variable.description, unit, ", ".join(limits), start
 
 
 def _starts(variable: Grouped, factor: float = 1.0) -> str:
@@ -200,35 +169,14 @@ def _starts(variable: Grouped, factor: float = 1.0) -> str:
     texts = [f"{float(m.start or 0) * factor:.6g}" for m in variable.members]
     width = variable.shape[-1] if variable.shape else 1
     rows = [texts[k : k + width] for k in range(0, len(texts), width)]
-    return "<br>".join(map(", ".join, rows))
+    return "\n".join(map(", ".join, rows))
 
 
-def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; cells that begin with # are numbers, with ! names. Empty columns are left out."""
-    rows = list(rows)
-    used = [k for k in range(len(heads)) if any(row[k] for row in rows)]
-    heads, rows = [heads[k] for k in used], [[row[k] for k in used] for row in rows]
-    classes = {"#": ' class="number"', "!": ' class="name"'}
-
-    def cell(tag: str, text: str) -> str:
-        kind = classes.get(text[:1], "")
-        return f"<{tag}{kind}>{text[1:] if kind else text}</{tag}>"
-
-    head = "".join(cell("th", text) for text in heads)
-    body = "".join(f"<tr>{''.join(cell('td', text) for text in row)}</tr>" for row in rows)
-    return f'<div class="card scroll"><table><tr>{head}</tr>{body}</table></div>'
-
-
-def _equations(equations: Equations, states: Mapping[str, str]) -> Iterable[str]:
+def _equations(equations: Equations) -> str:
     count = len(equations.topology.coordinate_names)
     if count > MOST_COORDINATES:
-        yield (
+        return (
             f"<p>{count} coordinates: too long for a page. "
             "<code>m4e-fmi equations</code> writes them.</p>"
         )
-        return
-    has_quaternions = count > len(equations.topology.velocity_names)
-    yield f"<p>{EQUATIONS}{QUATERNIONS if has_quaternions else ''}</p>"
-    for title, lines in equations_markup(equations, states):
-        items = "".join(f"<li>{line}</li>" for line in lines)
-        yield f'<h3>{title}</h3><div class="card scroll"><ol class="equations">{items}</ol></div>'
+    return folded("M(q) du/dt = f(t, q, u), without inputs", equations.text(explicit=False))

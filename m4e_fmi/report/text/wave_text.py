@@ -13,7 +13,7 @@ from m4e_fmi.units import POWER
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.hydrodynamic_data import HydrodynamicData
-    from m4e_fmi.analysis.response import Comparison, SeaResponse, WaveResponse
+    from m4e_fmi.analysis.response import SeaResponse, WaveResponse
     from m4e_fmi.program import Variable
 
 
@@ -149,51 +149,6 @@ def sea_text(response: SeaResponse) -> str:
         rows.append((v.name, f"{mean:.6g}", f"{deviation:.6g}", shown, v.unit))
     lines += columns("<>>><", *rows)
     return "\n".join([*lines, *note_lines(response.notes)])
-
-
-def comparison_text(found: Sequence[Comparison], *, title: str, settled: Sequence[str] = ()) -> str:
-    """Values of a simulation beside those of the linearised response.
-
-    Of what is small beside others of its unit no relative difference is shown. `settled` are the
-    components that were the same law at rest in both.
-    """
-    lines = ["", f"beside a simulation {title}:"]
-    rows = [("", "", "simulated", "linearised", "difference", "")]
-    largest: dict[str, float] = {}
-    for c in found:
-        largest[c.unit] = max(largest.get(c.unit, 0.0), abs(c.simulated), abs(c.linearised))
-    for c in found:
-        if c.unit == POWER and c.what != "mean":
-            continue
-        counts = max(abs(c.simulated), abs(c.linearised)) > SMALL * largest[c.unit]
-        shown = f"{100 * c.difference:+.2g} %" if counts and np.isfinite(c.difference) else ""
-        rows.append((c.output, c.what, f"{c.simulated:.6g}", f"{c.linearised:.6g}", shown, c.unit))
-    lines += columns("<<>>><", *rows)
-    if settled:
-        note = (
-            f"{', '.join(settled)}: the same law at rest in this simulation, which checks nothing "
-            "of its damping, inertia and slack: compare with `m4e-fmi run` of the system, with "
-            "these waves in its file"
-        )
-        lines += note_lines([note])
-    return "\n".join(lines)
-
-
-def comparison_json(
-    found: Sequence[Comparison], *, title: str, settled: Sequence[str] = ()
-) -> dict[str, object]:
-    """The same numbers."""
-    rows = [
-        {
-            "output": c.output,
-            "unit": c.unit,
-            "what": c.what,
-            "simulated": _number(c.simulated),
-            "linearised": _number(c.linearised),
-        }
-        for c in found
-    ]
-    return {"simulation": title, "settled": list(settled), "values": rows}
 
 
 def wave_json(response: WaveResponse) -> dict[str, object]:

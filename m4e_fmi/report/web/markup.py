@@ -48,7 +48,14 @@ def facts(rows: Mapping[str, str]) -> str:
 def table(
     caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int = 1
 ) -> str:
-    """A table below its caption, whose first `texts` columns are texts and the others numbers."""
+    """A table below its caption, whose first `texts` columns are texts and the others numbers.
+
+    Columns without an entry are left out.
+    """
+    rows = list(rows)
+    used = [k for k in range(len(heads)) if any(row[k] for row in rows)]
+    heads, rows = [heads[k] for k in used], [[row[k] for k in used] for row in rows]
+    texts = sum(k < texts for k in used)
     kinds = [""] * texts + [' class="number"'] * (len(heads) - texts)
     head = "".join(
         f'<th scope="col"{kind}>{escaped(name)}</th>'
@@ -61,7 +68,7 @@ def table(
         for row in rows
     )
     return (
-        f"{paragraph(caption, 'note')}"
+        f"{paragraph(caption, 'note') if caption else ''}"
         f'<div class="wide" tabindex="0" role="region" aria-label="{escaped(caption)}"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )

@@ -12,10 +12,11 @@ import numpy as np
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
 from m4e_fmi.files.csv_columns import column_names, heading, is_unit, read_columns
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.statistics.marine import SUM_ROUNDING
 from m4e_fmi.study.given.grid import Axis, Varied
 from m4e_fmi.study.given.sections import ScatterSection, TableSection
 
+SUM_ROUNDING = 1e-6
+"""By how much entries of a table that was rounded may add up to more than their total."""
 _WITH_UNIT = re.compile(r"[^\[\]()]*(?:\[[^\[\]]*\]|\([^()]*\))")
 """A part of a heading up to the end of brackets."""
 

@@ -6,15 +6,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from m4e_fmi.report.panels import scale_of
 from m4e_fmi.report.web.markup import paragraph, table
-from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.report.result import StudyResult
-from m4e_fmi.study.shown.over_states import NO_MEAN, over_states
+from m4e_fmi.study.shown.over_states import (
+    MEGAWATT_HOUR,
+    NO_MEAN,
+    YEAR,
+    is_power,
+    over_states,
+    shown_unit,
+)
 
 MARK = " by state"
-PREFIXED = ("W", "N", "J", "Pa")
-"""Units that get a prefix."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +45,12 @@ def contributions(result: StudyResult) -> list[Contribution]:
         order = [states.names.index(name) for name in names if name in states.names]
         shape = [len(axis) if axis.name in states.names else 1 for axis in designs.axes]
         shares = states.shares.transpose(order).reshape(shape)
-        if _is_power(result, name):
+        if is_power(told, unit := result.units[name]):
             text = f"Probability times {name} times 8766 h"
             values = shares * mean * YEAR / MEGAWATT_HOUR
             found.append(Contribution(f"energy of a year{MARK}: {name}", name, "MWh", text, values))
         else:
             text = f"Probability times {told}"
-            unit = result.units[name]
             found.append(Contribution(f"{name}{MARK}", name, unit, text, shares * mean))
     return found
 
@@ -61,23 +63,15 @@ def annual(result: StudyResult) -> str:
     others = [one for one in states.rest(result.grid.axes) if not one.repeats]
     rows = []
     for name, wanted in result.record.wanted.items():
-        told, found = over_states(result.grid, result.numbers[name], states, wanted)
-        numbers = [(told, result.units[name], found)]
-        if _is_power(result, name):
-            year = float(states.shares.sum()) * YEAR / MEGAWATT_HOUR
-            numbers.append(("energy of a year of 8766 h", "MWh", found.scaled(year)))
-        for place in np.ndindex(found.mean.shape):
+        unit = result.units[name]
+        numbers = over_states(result.grid, result.numbers[name], states, wanted, unit)
+        for place in np.ndindex(numbers[0][2].mean.shape):
             labels = [one.labels[k] for one, k in zip(others, place, strict=True)]
             for told, unit, values in numbers:
-                scale, prefix = scale_of(values.largest) if unit in PREFIXED else (1.0, "")
-                rows.append((*labels, name, told, values.scaled(scale).cell(place), prefix + unit))
+                scale, shown = shown_unit(values, unit)
+                rows.append((*labels, name, told, values.scaled(scale).cell(place), shown))
     caption = f"Sum of all probabilities: {float(np.nansum(states.shares)):.6g}."
     heads = [*(one.name for one in others), "quantity", "over all states", "value", "unit"]
     text = "With seeds ± 95 % confidence: of sums by those of each seed, which all states share."
     body = table(caption, heads, rows, texts=len(heads) - 2)
     return paragraph(text, "note") + body
-
-
-def _is_power(result: StudyResult, name: str) -> bool:
-    """True for mean powers: their sums over states are energies."""
-    return result.units[name] == "W" and result.record.wanted[name].statistic == "mean"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.panels import aligned
+from m4e_fmi.report.panels import aligned, scale_of
 from m4e_fmi.statistics.confidence import confidence_interval
 from m4e_fmi.study.given.grid import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
@@ -25,8 +25,14 @@ LARGEST = {
     "maximum_quantile",
 }
 """Statistics of which the largest of all states is meant, and no mean over them."""
+YEAR = 8766.0 * 3600.0
+"""Mean year of 365.25 days [s]."""
+MEGAWATT_HOUR = 3.6e9
+"""In joules."""
 NOT_RUN = "–"
 """In cells of what is not run."""
+UNSCALED = ("", "1", "%", "deg", "rad", "s", "m", "MWh")
+"""Units that get no prefix."""
 NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
 """Statistics of which the mean by probability does not tell that of all states."""
 
@@ -74,6 +80,12 @@ class Averaged:
             self.half_width.transpose(order),
             self.missing.transpose(order),
         )
+
+
+def shown_unit(found: Averaged, unit: str) -> tuple[float, str]:
+    """The factor of the means, in their `unit`, by which they are shown, and their unit then."""
+    scale, prefix = scale_of(found.largest) if unit not in UNSCALED else (1.0, "")
+    return scale, "" if unit == "1" else prefix + unit
 
 
 def averaged(
@@ -141,6 +153,27 @@ def states_of(data: Dataset) -> States | None:
 
 
 def over_states(
+    grid: Grid, values: np.ndarray, states: States, wanted: Wanted, unit: str
+) -> list[tuple[str, str, Averaged]]:
+    """Names, units and values over the designs of what is told of all states.
+
+    Of mean powers, those in W, the energy of a year follows, in MWh; `values` (n, …) [`unit`] have
+    the shape of the grid.
+    """
+    name, over_all = _over_states(grid, values, states, wanted)
+    found = [(name, unit, over_all)]
+    if is_power(wanted, unit):
+        energy = over_all.scaled(float(states.shares.sum()) * YEAR / MEGAWATT_HOUR)
+        found.append(("energy of a year of 8766 h", "MWh", energy))
+    return found
+
+
+def is_power(wanted: Wanted, unit: str) -> bool:
+    """True for mean powers: their sums over states are energies."""
+    return unit == "W" and wanted.statistic == "mean"
+
+
+def _over_states(
     grid: Grid, values: np.ndarray, states: States, wanted: Wanted
 ) -> tuple[str, Averaged]:
     """The name of what is told of all states, and its values over the designs.

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from m4e_fmi.report.panels import aligned, scale_of
-from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
+from m4e_fmi.report.panels import aligned
+from m4e_fmi.shown import columns
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
+from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, shown_unit, states_of
 from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 from m4e_fmi.study.start_up import left_out
 
 MOST_ROWS = 40
 """Rows of a table."""
-_NO_BRACKETS = str.maketrans("", "", "[]")
-UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
-"""Units that get no prefix."""
 
 
 def summary(outcome: StudyOutcome) -> str:
@@ -41,59 +38,45 @@ def summary(outcome: StudyOutcome) -> str:
     return "\n".join(lines).rstrip()
 
 
-def shown_unit(found: Averaged, unit: str) -> tuple[float, str]:
-    """The factor of the means, in their `unit`, by which they are shown, and its text."""
-    scale, prefix = scale_of(found.largest) if unit not in UNSCALED else (1.0, "")
-    return scale, "" if unit in ("", "1") else f" [{prefix}{unit}]"
-
-
 def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     """The tables of one quantity."""
     one, grid = outcome.data[wanted.name], outcome.study.grid
     found = averaged(grid.axes, one.values, grid.is_run)
-    scale, shown = shown_unit(found, one.attrs["units"])
+    scale, unit = shown_unit(found, one.attrs["units"])
     seeds = any(axis.repeats and len(axis) > 1 for axis in grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
-    yield f"{wanted.name}{shown}: {wanted}{how}"
+    yield f"{wanted.name}{_bracketed(unit)}: {wanted}{how}"
     states = outcome.study.grid.probability
     shown_first = found.led_by(states[0]) if states else found  # a scatter diagram for each design
     yield from _table(shown_first.scaled(scale))
     if found.missing.any():
         count = int(found.missing.sum())
         yield f"  * without {count} runs that failed or have no value"
-    yield from _over_states(outcome, wanted, scale, shown)
+    yield from _over_states(outcome, wanted)
 
 
-def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
+def _over_states(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     """One number of all sea states or cases for each other design, and the energy of a year."""
     states = states_of(outcome.data)
     if states is None:
         return
-    grid, values = outcome.study.grid, outcome.data[wanted.name].values
-    name, found = over_states(grid, values, states, wanted)
-    if np.isnan(found.mean).all():
-        missing = np.isnan(states.last(grid.axes, values)).reshape(-1, len(states.weights))
-        count = int(missing.any(axis=0).sum())
-        yield f"  {name}: not known, {count} states have no value in some of the runs"
-        return
-    yield from _result_lines(name, shown, found.scaled(scale))
-    if (
-        grid.probability
-        and wanted.statistic == "mean"
-        and outcome.data[wanted.name].attrs["units"] == "W"
-    ):
-        covered = float(states.shares.sum())
-        energy = found.scaled(covered * YEAR / MEGAWATT_HOUR)
-        yield from _result_lines("energy of a year of 8766 h", " [MWh]", energy)
+    grid, one = outcome.study.grid, outcome.data[wanted.name]
+    for name, unit, found in over_states(grid, one.values, states, wanted, one.attrs["units"]):
+        scale, unit = shown_unit(found, unit)
+        if np.isnan(found.mean).all():
+            missing = np.isnan(states.last(grid.axes, one.values)).reshape(-1, len(states.weights))
+            count = int(missing.any(axis=0).sum())
+            yield f"  {name}: not known, {count} states have no value in some of the runs"
+            return
+        if found.axes:
+            yield f"  {name}{_bracketed(unit)}:"
+            yield from _table(found.scaled(scale))
+        else:
+            yield f"  {name}: {found.scaled(scale).cell(())} {unit}".rstrip()
 
 
-def _result_lines(name: str, unit: str, found: Averaged) -> Iterator[str]:
-    """A line of one number, or a table of designs."""
-    if found.axes:
-        yield f"  {name}{unit}:"
-        yield from _table(found)
-    else:
-        yield f"  {name}: {found.cell(())}{unit.translate(_NO_BRACKETS)}"
+def _bracketed(unit: str) -> str:
+    return f" [{unit}]" if unit else ""
 
 
 def _table(found: Averaged) -> Iterator[str]:
@@ -105,7 +88,7 @@ def _table(found: Averaged) -> Iterator[str]:
         yield from _spread(found)
     elif count == 1:
         rows = [[label, found.cell((k,))] for k, label in enumerate(axes[0].labels)]
-        yield from _lines([[axes[0].name, ""], *rows])
+        yield from columns(">>", (axes[0].name, ""), *rows)
     else:
         if math.prod(len(axis) for axis in axes) > MOST_TOLD * MOST_ROWS:
             yield from _spread(found)
@@ -120,7 +103,7 @@ def _table(found: Averaged) -> Iterator[str]:
                 [label, *(found.cell((i, j, *rest)) for j in range(len(axes[1])))]
                 for i, label in enumerate(axes[0].labels)
             ]
-            yield from _lines([head, *rows])
+            yield from columns(">" * len(head), head, *rows)
         if len(others) > MOST_TOLD:
             yield f"  … {len(others) - MOST_TOLD} further tables are in the file"
 
@@ -136,13 +119,6 @@ def _spread(found: Averaged) -> Iterator[str]:
     yield (
         f"  over {len(good)} designs: mean {mean}, standard deviation {deviation}, {low} to {high}"
     )
-
-
-def _lines(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = (f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
-        yield f"  {'  '.join(cells)}".rstrip()
 
 
 def _worst(outcome: StudyOutcome) -> Iterator[str]:

@@ -16,17 +16,13 @@ from pathlib import Path
 from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.preparation.components import (
     WARNING,
-    Draft,
     ReadyFmu,
-    drafted,
-    missing_fmus,
     ready_fmus,
-    takes_long,
 )
 from m4e_fmi.cosim.preparation.doubtful_values import ramps
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.run.identity import identity
-from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_of
+from m4e_fmi.cosim.system.component import Component, StartValue
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -42,7 +38,7 @@ from m4e_fmi.study.start_up import first_time, ramp_warnings
 from m4e_fmi.study.systems.execution import Perform
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
-from m4e_fmi.study.targets import KeyTarget, StartTarget, dotted
+from m4e_fmi.study.targets import SettingTarget, StartTarget, dotted
 
 Tell = Callable[[str], None]
 NO_TIME = ("algorithm", "tolerance", "coupling_tolerance")
@@ -52,16 +48,13 @@ NO_TIME = ("algorithm", "tolerance", "coupling_tolerance")
 class SystemPlan:
     """The runs of a study of a system: versions of its components, their FMUs, and tasks.
 
-    `variants` are the versions of the components whose section changes. Those of a `quick` plan are
-    of what is known without long computations: their FMUs cannot be built. FMUs are built in
-    `folder`; what runs share is in `blobs`.
+    `variants` are the versions of the components whose section changes. FMUs are
+    built in `folder`; what runs share is in `blobs`.
 
     InputError with all problems of names and values; if there are none, with those of sections.
     """
 
-    def __init__(
-        self, study: Study, folder: Path, blobs: Path, tell: Tell, *, quick: bool = False
-    ) -> None:
+    def __init__(self, study: Study, folder: Path, blobs: Path, tell: Tell) -> None:
         self.named, self.of = named_system(study)
         self.study, self.system = self.named.study, self.of.system
         self.folder, self.blobs, self.tell = folder, blobs, tell
@@ -77,10 +70,8 @@ class SystemPlan:
             if keys := self.named.keys(name):
                 values = (self.study.grid.values(run) for run in self.study.grid.runs)
                 wanted = (tuple(one[key] for key in keys) for one in values)
-                make = partial(_expected if quick else drafted, self.system)
                 try:
-                    made = variants(self.system, name, [*keys.values()], wanted, make)
-                    self.variants[name] = made
+                    self.variants[name] = variants(self.system, name, [*keys.values()], wanted)
                 except InputError as error:
                     problems += error.problems
         InputError.raise_for(dict.fromkeys(problems))
@@ -159,17 +150,6 @@ class SystemPlan:
         parts = (replace(build.component, start={}),)
         return replace(self.system, name=f"{name}_{short}", components=parts)
 
-    def missing(self) -> list[str]:
-        """FMUs that would be built, in words."""
-        found = list(missing_fmus(replace(self.system, components=self._same), self.folder))
-        for name, one in self.variants.items():
-            found += [
-                f"{name} ({of_keys(one, number)})"
-                for number in range(len(one.builds))
-                if missing_fmus(self.part(name, number), self._variants_folder)
-            ]
-        return found
-
     def work(self, perform: Perform) -> Work:
         """The runs, which `perform` makes; FMUs are built."""
         study, runs = self.study, self.study.grid.runs
@@ -207,10 +187,7 @@ class SystemPlan:
         for name, target in self.named.targets.items():
             if isinstance(target, StartTarget):
                 varied[name] = target.unit, target.text
-            elif isinstance(target, KeyTarget):
-                one = self.variants[target.component]
-                varied[name] = one.labels.get(one.keys.index(target.keys), ("", ""))
-            elif target.key not in NO_TIME:
+            elif isinstance(target, SettingTarget) and target.key not in NO_TIME:
                 varied[name] = "s", f"{target.key} of the simulation"
         names = (*(w.variable for w in self.study.wanted), *self.study.series)
         found = {name: self.of.variable(name) for name in names}
@@ -290,16 +267,6 @@ class SystemPlan:
             for name, value in component.start.items()
             if name in variables and variables[name].causality == STRUCTURAL
         }
-
-
-def _expected(system: System, component: Component) -> Draft:
-    """The draft of a component without long computations."""
-    source = component.source
-    if isinstance(source, Kind) and takes_long(source):
-        outline = kind_of(source.name).outline(source.config, folder=system.folder)
-        if outline is not None:
-            return Draft(outline, {})
-    return drafted(system, component)
 
 
 def _warning(line: str) -> str:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import marshal
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from m4e_fmi.cosim.preparation.components import WARNING, Draft
+from m4e_fmi.cosim.preparation.components import WARNING, drafted
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_component
@@ -24,7 +24,6 @@ from m4e_fmi.study.targets import dotted, with_values
 
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
-Make = Callable[[Component], Draft]
 _GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 _NO_REFERENCES = 2
 """Version of marshal's form in which equal operations have equal bytes."""
@@ -57,16 +56,12 @@ class Variant:
 
 @dataclass(frozen=True)
 class Variants:
-    """All versions of one component, by the values of its varied `keys`.
-
-    `labels` are unit and description of keys that are parameters of its program, by place.
-    """
+    """All versions of one component, by the values of its varied `keys`."""
 
     name: str
     keys: tuple[Location, ...]
     builds: tuple[Build, ...]
     of: Mapping[Combination, Variant] = field(repr=False)
-    labels: Mapping[int, tuple[str, str]] = field(default_factory=dict)
 
 
 def variants(
@@ -74,12 +69,11 @@ def variants(
     name: str,
     keys: Sequence[Location],
     combinations: Iterable[Combination],
-    make: Make,
 ) -> Variants:
     """The versions of the component `name` for each of the `combinations` of values of its `keys`.
 
-    `make` drafts a component. The draft of every combination is compared with those before it:
-    nothing is concluded from other values. InputError with all values that its section refuses.
+    The draft of every combination is compared with those before it: nothing is concluded from other
+    values. InputError with all values that its section refuses.
     """
     document = system.document
     assert document is not None
@@ -88,13 +82,12 @@ def variants(
     builds: list[Build] = []
     by_code: dict[str, int] = {}
     of: dict[Combination, Variant] = {}
-    alike: list[dict[str, Variable] | None] = [None] * len(keys)
     for one in dict.fromkeys(combinations):
         try:
             section = with_values(components[name], dict(zip(keys, one, strict=True)))
             data = {**document.data, "components": {**components, name: section}}
             component = read_component(document.with_data(data), name)
-            draft = make(component)
+            draft = drafted(system, component)
         except InputError as error:
             told = ", ".join(f"{dotted(k)} = {v}" for k, v in zip(keys, one, strict=True))
             for found in error.problems:
@@ -104,7 +97,6 @@ def variants(
             continue
         program = draft.made if isinstance(draft.made, Program) else None
         made = Build(component, one, starts_of(program) if program else None)
-        alike = [_of_value(program, v, old) for v, old in zip(one, alike, strict=True)]
         bare = bare_code(program) if program else repr((component.source, one))
         code = repr((component.step_size, component.dependencies, bare))
         number = by_code.setdefault(code, len(builds))
@@ -115,22 +107,7 @@ def variants(
         start = {new.name: new.start for old, new in pairs if repr(new.start) != repr(old.start)}
         of[one] = Variant(number, component, start, warnings)
     InputError.raise_for(problems.values())
-    labels = dict[int, tuple[str, str]]()
-    for k, key in enumerate(keys):
-        known, vary = alike[k] or {}, len({one[k] for one in of}) > 1
-        same = [v for v in known.values() if v.name.rpartition(".")[2] == str(key[-1])]
-        if len(alone := same or ([*known.values()] if vary else [])) == 1:
-            labels[k] = alone[0].unit, alone[0].description.partition(",")[0]
-    return Variants(name, tuple(keys), tuple(builds), of, labels)
-
-
-def _of_value(
-    program: Program | None, value: Scalar, known: Mapping[str, Variable] | None
-) -> dict[str, Variable]:
-    """Parameters of a program that have the `value`; of those that are `known`, if any are."""
-    parameters = program.parameters if program and not isinstance(value, bool | str) else ()
-    same = {v.name: v for v in parameters if v.start == value}
-    return same if known is None else {n: v for n, v in known.items() if n in same}
+    return Variants(name, tuple(keys), tuple(builds), of)
 
 
 def starts_of(program: Program) -> tuple[Variable, ...]:

@@ -50,15 +50,6 @@ def test_a_part_of_the_reference_is_no_pass(files: Path, said: Said) -> None:
     said(*command, "--stop-time", "15")
 
 
-def test_marks_of_missing_values_are_told(files: Path, said: Said) -> None:
-    rows = (files / "near.csv").read_text("utf-8").splitlines()
-    rows[101] = "5,-9999,0.28"
-    (files / "marked.csv").write_text("\n".join(rows), encoding="utf-8")
-    text = said("compare", "ours.csv", "marked.csv", "--no-plot")
-    assert "buoy.z: marked.csv: 1 row is -9999 m, the first at 5 s" in text
-    assert "as measured" not in said("compare", "ours.csv", "near.csv", "--no-plot")
-
-
 @pytest.mark.usefixtures("files")
 def test_json_and_picture(said: Said) -> None:
     found = json.loads(said("compare", "ours.csv", "far.csv", "--json", "--tolerance", "0.1"))

@@ -61,15 +61,6 @@ def test_degrees_are_converted(tmp_path: Path, said: Said) -> None:
     assert found["values"]["quadratic"]["unit"] == "1/rad"
 
 
-def test_marks_of_missing_values_are_told(tmp_path: Path, said: Said) -> None:
-    path = table(tmp_path, "time [s],heave [mm]", 1e3)
-    lines = path.read_text(encoding="utf-8").splitlines()
-    lines[300:303] = [f"{t},-9999" for t in (29.9, 30.0, 30.1)]
-    path.write_text("\n".join(lines), encoding="utf-8")
-    text = said("decay", path, "--from", "3", "--no-plot", code=2)
-    assert "3 rows are -9999 mm, the first at 29.9 s" in text
-
-
 def test_results_and_the_line_for_a_model(tmp_path: Path, said: Said) -> None:
     """Quadratic damping of a simulated model comes back as its coefficient."""
     model, file = tmp_path / "buoy.model.yaml", tmp_path / "buoy.nc"

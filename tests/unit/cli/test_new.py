@@ -106,7 +106,7 @@ def test_code_that_is_written_passes_the_checks(here):
 def test_a_study_is_written_beside_its_system(here, capsys):
     """With the system unless that is there, which is then left as it is."""
     assert main(["new", "study", "wec"]) == 0
-    assert "  m4e-fmi study wec.study.yaml --dry-run" in capsys.readouterr().out
+    assert "  m4e-fmi study wec.study.yaml" in capsys.readouterr().out
     names = {"wec.study.yaml", "wec.system.yaml", "wec_float.model.yaml"}
     assert {path.name for path in here.iterdir()} == names
     study = Document.load(Path("wec.study.yaml")).data

@@ -21,7 +21,6 @@ from m4e_fmi.model import Model, load_model
 from m4e_fmi.report import (
     animate,
     model_figure,
-    plot_modes,
     plot_run,
     plot_simulation,
     system_figure,
@@ -113,7 +112,6 @@ def test_what_cannot_be_drawn_is_refused(
          r"cannot be written as '.mp4'\n.*use .html"),
         (lambda: animate(spiderfloat, simulation, tmp_path / "c.html"),
          "the simulation of 'cart' has no body 'float'"),
-        (lambda: plot_modes(cart, np.eye(2), path), r"2 rows, the model 3 coordinates"),
         (lambda: plot_simulation(simulation, path, variables=["joint.rail.v"]),
          r"no variable 'joint\.rail\.v'\n.*did you mean"),
     ):  # fmt: skip
@@ -122,21 +120,12 @@ def test_what_cannot_be_drawn_is_refused(
     assert not list(tmp_path.iterdir())
 
 
-def test_curves_and_modes_have_their_names(
-    tmp_path: Path, cart: Model, simulation: Simulation
-) -> None:
+def test_curves_have_their_names(tmp_path: Path, simulation: Simulation) -> None:
     (file,) = write_simulation(simulation, tmp_path / "cart.nc")
     wanted = ["cart.joint.rail.u", "cart.joint.elbow.u"]
-    shapes = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    for path, names in (
-        (plot_run(file, tmp_path / "u.svg", variables=wanted), ["[m/s]", "[rad/s]", wanted[1]]),
-        (
-            plot_modes(cart, shapes, tmp_path / "m.svg", titles=["slide", "fold"]),
-            ["slide", "fold"],
-        ),
-    ):
-        text = path.read_text(encoding="utf-8")
-        assert all(f"<!-- {name} -->" in text for name in names)
+    path = plot_run(file, tmp_path / "u.svg", variables=wanted)
+    text = path.read_text(encoding="utf-8")
+    assert all(f"<!-- {name} -->" in text for name in ("[m/s]", "[rad/s]", wanted[1]))
 
 
 def test_a_system_shows_what_is_carried_over_once(tmp_path: Path) -> None:

@@ -25,10 +25,9 @@ from m4e_fmi.model import (
     TensionSpring,
 )
 from m4e_fmi.multibody import model_program
-from m4e_fmi.report import animate, draw_model, model_figure, plot_modes
+from m4e_fmi.report import animate, draw_model, model_figure
 from m4e_fmi.report.animation.frames import poses_of
 from m4e_fmi.report.animation.of_model import scene_of_model
-from m4e_fmi.report.drawing.motion import MovedModel
 from m4e_fmi.report.drawing.views import View, start_poses
 from m4e_fmi.simulate import simulate
 
@@ -174,19 +173,3 @@ def test_page(tmp_path: Path, gyroscope: Model) -> None:
     assert not [w for w in ("http:", "src=", "import ", "@data@") if w in text]
     (axis,) = model_figure(gyroscope).axes
     assert {text.get_text() for text in axis.texts} >= {"1 outer", "3 disc", "tip", "X", "Y", "g"}
-
-
-def test_mode_shapes(tmp_path: Path) -> None:
-    """A barge on springs: heave moves all corners alike, roll the sides against each other."""
-    barge = Model("barge", {"hull": Body(1.0, (1, 2, 3))}, {"sea": Joint("floating", "hull")},
-                  dimensions=3, gravity=0)  # fmt: skip
-    modes = MovedModel(barge, model_program(barge))
-    names = [v.name.rpartition(".")[2] for v in modes.coordinates]
-    assert names == ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
-    heave, roll = (modes.poses(np.eye(6)[k], 0.2) for k in (2, 3))
-    np.testing.assert_allclose(heave.places[0, 0], [0, 0, 0.2])
-    np.testing.assert_allclose(roll.places[0, 0], [0, 0, 0], atol=1e-15)
-    turn = [[1, 0, 0], [0, np.cos(0.2), -np.sin(0.2)], [0, np.sin(0.2), np.cos(0.2)]]
-    np.testing.assert_allclose(roll.attitudes[0, 0], turn, atol=1e-14)
-    path = plot_modes(barge, np.eye(6)[:, [2, 3]], tmp_path / "m.png", titles=["heave", "roll"])
-    assert path.stat().st_size > 5000

@@ -73,7 +73,7 @@ def test_each_run_is_by_itself_and_in_its_unit(statistic: Statistic) -> None:
 @pytest.mark.parametrize("unit", ["m", "N.m", "m/s2", "kg/(m.s)", "deg", "%", "1"])
 def test_units_can_be_read(unit: str) -> None:
     given = parse_unit(unit)
-    for order in (0, 1, 2, 4):
+    for order in (0, 1, 2):
         found = parse_unit(STATISTICS[f"spectral_moment_{order}"].unit(unit))
         wanted = [2 * e for e in given.exponents]
         wanted[2] -= order

@@ -1,35 +1,19 @@
-"""HTML, figures and animations of objects; `texts` has the text of each kind of object."""
+"""Figures and animations of results, as notebooks show them.
+
+It imports everything but `cli`; results, which are below, ask for it by `m4e_fmi.shown.views`.
+"""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from html import escape
 from typing import TYPE_CHECKING
-
-from m4e_fmi.errors import M4eError
-from m4e_fmi.shown import cleaned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from m4e_fmi.results.results_file import Animation, Results
     from m4e_fmi.simulate import Simulation
-
-LONGEST = 400
-"""Characters of a line."""
-
-
-def html(shown: object) -> str:
-    """The HTML of an object that has a text; an error of ours becomes its last line."""
-    from m4e_fmi.notebook.texts import TEXTS
-
-    try:
-        text = TEXTS[type(shown)](shown)
-    except M4eError as error:
-        text = f"{shown!r}\nnot shown as a table: {error}"
-    lines = (line if len(line) <= LONGEST else f"{line[:LONGEST]}…" for line in text.split("\n"))
-    return f'<pre style="overflow-x:auto">{escape(cleaned(chr(10).join(lines)))}</pre>'
 
 
 def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:

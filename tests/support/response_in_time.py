@@ -1,8 +1,11 @@
-"""Comparison of a linearised response with a simulation of the equations themselves."""
+"""Comparison of a linearised response with a simulation of the equations themselves.
+
+The independent reference of the response to waves: no part of the product.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +15,6 @@ from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.sea_response import SeaResponse
 from m4e_fmi.analysis.response.wave_response import WaveResponse
 from m4e_fmi.analysis.response.waves import Complex, InWaves
-from m4e_fmi.errors import InputError
 from m4e_fmi.program import TIME, Scalar, cos, sin, with_feedback
 from m4e_fmi.program.composition import Law
 from m4e_fmi.simulate import simulate
@@ -56,23 +58,17 @@ def compared_in_time(
     *,
     period: int = 0,
     direction: int = 0,
-    progress: Callable[[str], object] = lambda _: None,
 ) -> list[Comparison]:
     """`response` beside a simulation: to the wave of these numbers, or to an hour of the sea.
 
-    The phases of the sea are random, and both see the same waves. `progress` is told the time that
-    the simulation has come to. RunError if the simulation fails.
+    The phases of the sea are random, and both see the same waves.
     """
     if isinstance(response, WaveResponse):
-        if not response.height:
-            raise InputError.single("small waves have no simulation beside them", "give a height")
-        return _in_regular_waves(waves, response, period, direction, progress)
-    return _in_a_sea(waves, response, progress)
+        return _in_regular_waves(waves, response, period, direction)
+    return _in_a_sea(waves, response)
 
 
-def _in_regular_waves(
-    waves: InWaves, response: WaveResponse, k: int, d: int, progress: Callable[[str], object]
-) -> list[Comparison]:
+def _in_regular_waves(waves: InWaves, response: WaveResponse, k: int, d: int) -> list[Comparison]:
     omega, amplitude = response.omega[k : k + 1], response.height / 2.0
     angle = float(response.directions[d])
     local = _local(waves, response)
@@ -80,7 +76,7 @@ def _in_regular_waves(
     period = 2.0 * np.pi / float(omega[0])
     times, found = _simulated(
         waves, local, omega, forces, np.real(amplitude * response.states[d, k]),
-        stop_time=PERIODS * period, interval=period / PER_PERIOD, progress=progress,
+        stop_time=PERIODS * period, interval=period / PER_PERIOD,
     )  # fmt: skip
     last = times > (PERIODS - MEASURED + 0.5 / PER_PERIOD) * period
     first = np.exp(1j * omega[0] * times[last])
@@ -95,9 +91,7 @@ def _in_regular_waves(
     return rows
 
 
-def _in_a_sea(
-    waves: InWaves, response: SeaResponse, progress: Callable[[str], object]
-) -> list[Comparison]:
+def _in_a_sea(waves: InWaves, response: SeaResponse) -> list[Comparison]:
     sea = response.sea
     local = _local(waves, response)
     turns = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, len(sea.omega))
@@ -106,7 +100,7 @@ def _in_a_sea(
     states = waves_now * response.states
     times, found = _simulated(
         waves, local, sea.omega, forces, response.mean_step + np.real(states.sum(axis=0)),
-        stop_time=START_UP + SEA_DURATION, interval=SEA_INTERVAL, progress=progress,
+        stop_time=START_UP + SEA_DURATION, interval=SEA_INTERVAL,
     )  # fmt: skip
     last = times > START_UP
     steps, inputs = (_over(times[last], sea.omega, part) for part in (states, forces))
@@ -133,7 +127,6 @@ def _simulated(
     *,
     stop_time: float,
     interval: float,
-    progress: Callable[[str], object],
 ) -> tuple[Floats, Floats]:
     """Times (s,) [s] and outputs (s, k) of the motion under Σ Re[`forces` (k, m) e^{−iωt}].
 
@@ -146,18 +139,14 @@ def _simulated(
     known = {v.name for v in program.states}
     names = [v.name for v in local.outputs if v.name not in known]
     driven = with_feedback(observed(program, names), laws)
-    values = {**point.values, **local.start(start)}
+    values = {**point.values, **started_at(local, start)}
     known = {v.name for v in (*driven.parameters, *driven.inputs, *driven.states)}
-
-    def at(time: float) -> None:
-        progress(f"simulated seconds: {time:.0f} of {stop_time:.0f}")
 
     run = simulate(
         driven.with_start({k: x for k, x in values.items() if k in known}),
         stop_time=stop_time,
         output_interval=interval,
         tolerance=TOLERANCE,
-        progress=at,
     )
     columns = [np.asarray(run[v.name]) for v in local.outputs]
     return np.asarray(run.time), np.array(columns).T
@@ -180,3 +169,9 @@ def _over(times: Floats, omega: Floats, harmonics: Complex) -> Floats:
     """Σ Re[`harmonics` (k, n) e^{−iωt}] at `times` (s,), (s, n)."""
     turns = np.exp(-1j * np.outer(times, omega))
     return np.real(turns @ harmonics)
+
+
+def started_at(local: LocalEquations, step: Floats) -> dict[str, float]:
+    """Start values of the program's states at a `step` (n,) from the point, in SI, by name."""
+    names = [v.name for v in local._linear.program.states]
+    return dict(zip(names, local._moved(step[None])[0].tolist(), strict=True))
