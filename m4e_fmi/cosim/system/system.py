@@ -142,7 +142,6 @@ class System(Displayed):
     one variable or all elements of an array, ``a.variable * 2.5 + 1 -> b.variable`` with a factor
     and an offset. `inputs` and `outputs` are the system's own variables by name, and what they
     stand for: the inputs ``component.variable`` that take the value, the output that gives it.
-    `buses` are names under which connections meet, with their signals and the units of these.
     `scenario` are actions on it during a run, by name.
 
     `notes` say what reading the file has changed or left out. `folder` is the one that relative
@@ -159,7 +158,6 @@ class System(Displayed):
     description: str = ""
     inputs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
-    buses: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     scenario: Mapping[str, Action] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)

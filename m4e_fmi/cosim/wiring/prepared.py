@@ -312,8 +312,6 @@ class Prepared:
         if structure.loops:
             lines.append("algebraic loops, solved at every communication point:")
             lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
-        if wiring.signals:
-            lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
         lines.append("unconnected inputs, which keep their start values:")
         lines += _unconnected(self) or ["  none"]
         lines.append(_times(system))
