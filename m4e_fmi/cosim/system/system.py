@@ -18,7 +18,7 @@ from m4e_fmi.shown import Displayed, listing
 
 Amount = float | str
 """A number in the unit of its signal, or a text with a unit of its own: ``"2 cm"``."""
-KINDS = ("set", "ramp", "freeze", "offset", "replace", "broken_line")
+KINDS = ("set", "ramp", "freeze", "offset", "replace")
 """The kinds of actions."""
 
 
@@ -39,7 +39,7 @@ class Action(Section):
     set: values by unconnected input or tunable parameter; ramp: values that these reach in equal
     steps `within` a time [s].
     freeze: signals that stay as they are. offset: amounts that are added, by signal. replace:
-    values by signal. broken_line: lines of moorings that part.
+    values by signal.
     """
 
     model_config = ConfigDict(populate_by_name=True, alias_generator=_key)
@@ -53,7 +53,6 @@ class Action(Section):
     freeze: Names | None = None
     offset: Mapping[str, Amount] | None = None
     replace: Mapping[str, Amount] | None = None
-    broken_line: Names | None = None
 
     @property
     def kind(self) -> str:
