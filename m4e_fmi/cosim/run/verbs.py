@@ -22,7 +22,7 @@ from m4e_fmi.cosim.run.run import Observer, RunOptions
 from m4e_fmi.cosim.run.running import running, without_checkpoints
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.cosim.wiring.prepared import Prepared, thinned
+from m4e_fmi.cosim.wiring.prepared import LARGE, Prepared, volume
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.results_file import stream_of
 from m4e_fmi.threads import ONE_RUN
@@ -55,8 +55,7 @@ def run(
     first does. Without `certify` the outcome has no certificate, and no step is made twice.
 
     RunError names component, variable and time; the results up to there are then on disk, as they
-    are after KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results
-    that would be huge with a row per step have fewer, which `tell` receives and the notes tell.
+    are after KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit).
     RunError before the first step if another run writes to the same file. The files `beside`, as
     earlier pictures, are removed when its results are replaced, as are those in the form that
     `results` is to have. ExportError, which has the outcome, if all is done but the `.csv`
@@ -159,17 +158,10 @@ def _ready(
         recorded = prepared.recorded.items()
         names = [f"{name}.{one.name}" for name, members in recorded for one in members]
         prepared = prepared.recording([*names, *scene.variables])
-    settings, note = thinned(prepared.system.simulation, prepared.columns)
-    if prepared.columns == 1:
-        note = (
-            "the results have no column but time: there is no scalar output and no connected "
-            "array; choose what to record by variables (--variables)"
-        )
-    if note and tell:
+    size, note = volume(prepared.system.simulation, prepared.columns)
+    if size > LARGE and tell:
         tell(note)
-    notes = (*prepared.notes, note) if note else prepared.notes
-    paced = replace(prepared.system, simulation=settings)
-    return replace(prepared, system=paced, notes=notes), RunOptions(results=results, scene=scene)
+    return prepared, RunOptions(results=results, scene=scene)
 
 
 def _no_checkpoints(prepared: Prepared, options: RunOptions) -> list[str]:
