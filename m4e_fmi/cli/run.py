@@ -18,11 +18,9 @@ from m4e_fmi.cli.shared.options import (
     tell_equations,
 )
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
-from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import Outcome, System
-    from m4e_fmi.program import Program
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -74,17 +72,7 @@ def _add_course(command: argparse.ArgumentParser) -> None:
 
 
 def _add_modes(command: argparse.ArgumentParser) -> None:
-    """Add the options of checks, recorded variables, parameter sets and wall time."""
-    command.add_argument(
-        "--check",
-        action="store_true",
-        help="run again at half the step, and report the coupling errors",
-    )
-    command.add_argument(
-        "--reference",
-        action="store_true",
-        help="compare with the solution of the same equations as one program",
-    )
+    """Add the options of recorded variables, parameter sets and the error estimate."""
     command.add_argument(
         "--variables",
         nargs="+",
@@ -135,7 +123,6 @@ def _run(options: argparse.Namespace) -> None:
 def _system(options: argparse.Namespace) -> System:
     """The system with what the command line changes; wrong names of files are told first."""
     from m4e_fmi.cosim import read_parameters
-    from m4e_fmi.cosim.run.reference import reference_problems
     from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 
     output = output_file(options, "system")
@@ -147,17 +134,11 @@ def _system(options: argparse.Namespace) -> System:
     times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
     settings = {key: getattr(options, key) for key in times}
     given = start_values(options)
-    system = system.changed(start=given, origin="command line", **settings)
-    if options.reference:
-        if not options.certify:
-            message = "--reference compares the outputs with the largest stated errors"
-            raise InputError.single(message, "leave out --no-certify")
-        InputError.raise_for(reference_problems(system))
-    return system
+    return system.changed(start=given, origin="command line", **settings)
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import ExportError, prepare, run, system_program
+    from m4e_fmi.cosim import ExportError, prepare, run
     from m4e_fmi.cosim.results.system_scene import system_scene
     from m4e_fmi.cosim.run.verbs import checkpoint_to_resume
     from m4e_fmi.report import run_numbers, run_summary
@@ -166,7 +147,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     animation = animation_file(options, system.name)
     report = report_file(options, output)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
-    checkpoint_to_resume(output, options.resume, check=options.check)
+    checkpoint_to_resume(output, options.resume)
     times = system.simulation
     tell_event(
         "plan",
@@ -179,7 +160,6 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         components=[component.name for component in system.components],
         results=str(output),
     )
-    program = system_program(system) if options.reference else None
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
@@ -201,7 +181,6 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 prepared,
                 results=output,
                 progress=moving,
-                check=options.check,
                 variables=options.variables,
                 tell=say,
                 warn=heed,
@@ -219,29 +198,24 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         raise
     numbers, variables = run_numbers(outcome)
     show(run_summary(outcome, told), "summary", numbers=numbers, variables=variables)
-    _write_beside(outcome, (output, file), program, animation, report, options)
+    _write_beside(outcome, (output, file), animation, report, options)
 
 
 def _write_beside(
     outcome: Outcome,
     output: tuple[Path, Path],
-    program: Program | None,
     animation: Path | None,
     report: Path | None,
     options: argparse.Namespace,
 ) -> None:
-    """Compare a run with its `program`; draw, animate and report it, as far as asked for.
+    """Draw, animate and report a run, as far as asked for.
 
     `output` is the file of results as given, and from the root on.
     """
-    from m4e_fmi.cosim import reference
     from m4e_fmi.report import animate_run, plot_run, report_of_run, run_summary
     from m4e_fmi.results.results_file import as_given
 
     assert outcome.path is not None
-    compared = [str(reference(outcome, program))] if program is not None else []
-    for text in compared:
-        show(text)
     given, file = output
     print_files(dict.fromkeys([outcome.path, as_given(given, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
@@ -251,6 +225,6 @@ def _write_beside(
     if animation:
         print_files([animate_run(outcome.path, animation)])
     if report:
-        printed = "\n".join([run_summary(outcome), *compared])
+        printed = run_summary(outcome)
         made = report_of_run(outcome.path, report, printed=printed, command=options.given)
         print_files([made])

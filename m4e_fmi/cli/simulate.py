@@ -117,9 +117,8 @@ def _source(options: argparse.Namespace) -> _Source:
 
     stop_time, interval = 10.0, 0.01
     if is_system(options.model):
-        from m4e_fmi.cosim import program_start_warnings, scene_without_build
+        from m4e_fmi.cosim import scene_without_build
         from m4e_fmi.cosim.results.run_record import system_inputs
-        from m4e_fmi.simulate import started
 
         system = load_system(options.model)
         times = system.simulation
@@ -129,8 +128,6 @@ def _source(options: argparse.Namespace) -> _Source:
         stop_time, interval = times.stop_time, times.output_interval or times.step_size
         program = load_program(system, options)
         given = start_values(options)
-        for line in program_start_warnings(system, started(program, given)):
-            warn(f"warning: {line}")
         names = {component.name for component in system.components}
         own = {name: value for name, value in given.items() if name.partition(".")[0] in names}
         scene = scene_without_build(system.changed(start=own, origin="command line"))

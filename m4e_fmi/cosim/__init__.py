@@ -9,7 +9,6 @@ runs it all. See docs/architecture.md.
 
 from m4e_fmi.cosim.composition.compose import at_equilibrium, system_in_waves, system_program
 from m4e_fmi.cosim.error.report import CouplingError, CouplingErrorReport
-from m4e_fmi.cosim.monitoring.program_start import program_start_warnings
 from m4e_fmi.cosim.network.fmu_log import FmuMessage
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.preparation.components import fmu_files
@@ -18,7 +17,6 @@ from m4e_fmi.cosim.results.system_scene import scene_without_build
 from m4e_fmi.cosim.run.checkpoint import State
 from m4e_fmi.cosim.run.execution import CommunicationPoint, Execution
 from m4e_fmi.cosim.run.outcome import ExportError, Outcome
-from m4e_fmi.cosim.run.reference import ActualError, Reference, reference
 from m4e_fmi.cosim.run.verbs import run, start
 from m4e_fmi.cosim.save import save_system
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
@@ -32,7 +30,6 @@ from m4e_fmi.results.results_file import Results, Series, load
 
 __all__ = [
     "Action",
-    "ActualError",
     "Bond",
     "BondEnergy",
     "CommunicationPoint",
@@ -50,7 +47,6 @@ __all__ = [
     "Outcome",
     "Port",
     "Prepared",
-    "Reference",
     "Results",
     "Series",
     "Simulation",
@@ -63,9 +59,7 @@ __all__ = [
     "load",
     "load_system",
     "prepare",
-    "program_start_warnings",
     "read_parameters",
-    "reference",
     "run",
     "save_system",
     "scene_without_build",

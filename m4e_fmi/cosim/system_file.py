@@ -30,10 +30,6 @@ from m4e_fmi.files.file_kinds import SSP_SUFFIX, SYSTEM, as_path, check_keys
 
 _NAME = re.compile(r"^[A-Za-z_]\w*$")
 
-BusName = Annotated[str, StringConstraints(pattern=_NAME.pattern)]
-SignalName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")]
-
-
 ActionName = Annotated[str, StringConstraints(pattern=_NAME.pattern)]
 
 
@@ -48,7 +44,6 @@ class _SystemSection(Section):
 
     inputs: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     outputs: dict[str, str] = Field(default_factory=dict)
-    buses: dict[BusName, dict[SignalName, str]] = Field(default_factory=dict)
     name: str
     description: str = ""
     components: dict[str, dict[str, Any]]
@@ -105,7 +100,6 @@ def read_system(document: Document) -> System:
         description=section.description,
         inputs=section.inputs,
         outputs=section.outputs,
-        buses=section.buses,
         scenario=section.scenario,
         folder=document.path.parent,
         processes=Processes(section.limits, section.environment.keep),
@@ -132,7 +126,7 @@ def read_parameters(path: str | Path) -> ParameterSet:
 
 def _connection_problems(document: Document) -> Iterator[Problem]:
     """Texts that are not connections, and unknown components; the rest needs the FMUs."""
-    names = [str(name) for key in ("components", "buses") for name in _mapping(document, key)]
+    names = list(map(str, _components(document)))
     written: object = document.data.get("connections")
     texts: list[object] = written if isinstance(written, list) else []
     for index, text in enumerate(texts):
@@ -149,15 +143,15 @@ def _connection_problems(document: Document) -> Iterator[Problem]:
                 yield document.problem(at, unknown.message, unknown.remedy)
 
 
-def _mapping(document: Document, key: str) -> dict[str, object]:
-    """The mapping under a key at the top; empty if it is not a mapping."""
-    written = document.data.get(key)
+def _components(document: Document) -> dict[str, object]:
+    """The mapping under `components`; empty if it is not a mapping."""
+    written = document.data.get("components")
     return written if isinstance(written, dict) else {}
 
 
 def _read_components(document: Document, problems: list[Problem]) -> Iterator[Component]:
     """The components that are right; adds to `problems`."""
-    for key, keys in _mapping(document, "components").items():
+    for key, keys in _components(document).items():
         if isinstance(keys, dict):
             try:
                 yield read_component(document, key)

@@ -6,7 +6,10 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from m4e_fmi.cosim import System
+from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.errors import InputError
+from m4e_fmi.fmu import Description
 from m4e_fmi.study.given.study import Study
 
 SETTLING = 2.0
@@ -14,6 +17,21 @@ SETTLING = 2.0
 DEFAULT = (
     f"the ramp of the sea and a settling time of {SETTLING:g} ramps; 0 s where no sea has a ramp"
 )
+
+RAMP = "ramp_time"
+"""Last word of parameters that are the time in which loads grow from nothing [s]."""
+
+
+def ramps_of(system: System, descriptions: Mapping[str, Description]) -> dict[str, float]:
+    """The ramps [s] by COMPONENT.VARIABLE, at the start values of the system."""
+    return {
+        f"{component.name}.{name}": float(
+            value_of(variable, component.start.get(name, float(variable.start)))
+        )
+        for component in system.components
+        for name, variable in descriptions[component.name].variables.items()
+        if name.rpartition(".")[2] == RAMP and variable.start is not None
+    }
 
 
 def first_time(

@@ -152,7 +152,7 @@ sys.exit(main(["run", "system.yaml", "--output-file", "r.nc"]))
 
 
 def test_an_interrupted_run(project: Callable[..., None]) -> None:
-    project("rogue", ROGUE, "stop_time: 1e9, step_size: 0.5", WHAT=0)
+    project("rogue", ROGUE, "stop_time: 1e9, step_size: 0.5, output_interval: 25", WHAT=0)
     command = [sys.executable, "-c", RUN]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         limit = time.monotonic() + 60

@@ -13,9 +13,10 @@ from fmpy.fmi2 import FMU2Model
 from support.cart_systems import ALGORITHMS, cart_system
 from support.example_systems import EXAMPLES, example_system, hydraulic_kinds
 from support.sampling import blocks
+from support.whole_solution import Reference, reference
 
 from m4e_fmi.analysis import equilibrium, linearize, modes
-from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
+from m4e_fmi.cosim import System, load_system, run, system_program
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program
 from m4e_fmi.report import linear_text

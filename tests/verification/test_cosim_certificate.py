@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.half_step import checked
 from support.random_systems import random_system
 from support.small_systems import Fmus, observed, system
 from unit.cosim.network.test_versions import reworded
@@ -59,7 +60,8 @@ def moved(fmus: Fmus, other: str, settings: Simulation, first: str = "mass+state
 
 
 @pytest.mark.verifies(
-    "coupling error of random pairs by `--check`, over or under the true one by at most a factor",
+    "coupling error of random pairs by a second run at half the step, over or under the true one "
+    "by at most a factor",
     analytic="matrix exponential",
     tolerance="1.5",
 )
@@ -69,9 +71,8 @@ def test_a_second_run_states_the_true_error(c_fmu: Fmus, algorithm: str) -> None
     ratios = []
     for _ in range(3):
         coupled, matrix = pair(c_fmu, algorithm, rng)
-        rows, outcome = observed(coupled, *PORTS, "b.end.force_x", check=True)
-        assert outcome.checked is not None
-        (stated,) = outcome.checked.errors
+        (stated,) = checked(coupled)[1].errors
+        rows, _ = observed(coupled, *PORTS, "b.end.force_x")
         t, *found = np.array(rows).T
         states = np.array([expm(time * matrix)[:, 0] for time in t])
         given = coupled.components[0].start
@@ -152,7 +153,6 @@ def test_the_run_itself_is_not_touched(
             made.finish()
         courses.append(course)
     assert courses[0] == courses[1]
-    assert run(prepared, check=True).checked is not None
 
 
 @pytest.mark.verifies(
@@ -280,8 +280,8 @@ def test_own_steps_are_halved_too(c_fmu: Fmus, algorithm: str, own: str) -> None
     a = Component("a", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0}, step_size=own)
     b = Component("b", FmuFile(c_fmu("partner+state")), step_size=own)
     coupled = System("s", (a, b), ("a.m <-> b.end",), Simulation(4.0, 0.05, algorithm))
-    outcome = run(coupled, check=True)
-    stated = [outcome.certificate, outcome.checked]
+    outcome, second = checked(coupled)
+    stated = [outcome.certificate, second]
     errors = [one.errors[0].error for one in stated if isinstance(one, CouplingErrorReport)]
     order = outcome.order
     taken = min(order, SMOOTH)
@@ -290,7 +290,7 @@ def test_own_steps_are_halved_too(c_fmu: Fmus, algorithm: str, own: str) -> None
     with start(short) as stepped:
         for _ in stepped:
             stepped["a.damping"] = 0.0
-    stated = [run(short, check=True).checked, stepped.outcome.certificate]
+    stated = [checked(short)[1], stepped.outcome.certificate]
     errors = [one.errors[0].error for one in stated if isinstance(one, CouplingErrorReport)]
     errors[1] *= (1 - 2.0**-taken) / (1 - 2.0**-order)
     # of the range of the course at H/2, and of that at H
@@ -316,14 +316,14 @@ def test_where_half_the_step_does_not_help_the_line_says_so(c_fmu: Fmus) -> None
 def test_adaptive_steps_are_checked_at_an_eighth_of_the_tolerance(c_fmu: Fmus) -> None:
     coupled, matrix = pair(c_fmu, "corrector", np.random.default_rng(2))
     adaptive = coupled.changed(step_size=0.5, output_interval=0.5, coupling_tolerance=1e-4)
-    rows, outcome = observed(adaptive, PORTS[0], check=True)
+    rows, _ = observed(adaptive, PORTS[0])
+    outcome, second = checked(adaptive)
     found = dict(rows)
-    assert outcome.checked is not None
     times = np.arange(0, 9) * 0.5
     exact = np.array([expm(t * matrix)[0, 0] for t in times])
     true = np.abs([found[t] for t in times] - exact).max() / np.ptp(exact)
-    assert true < 3 * outcome.checked.errors[0].error
-    assert outcome.checked.errors[0].error < 1e-2
+    assert true < 3 * second.errors[0].error
+    assert second.errors[0].error < 1e-2
     # the run's own estimate, too
     assert not isinstance(outcome.certificate, str)
     assert true / 3 < outcome.certificate.errors[0].error < 1e-2

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from support.cart_systems import ALGORITHMS, cart_system
 from support.example_systems import example_system
+from support.whole_solution import Reference, reference
 
-from m4e_fmi.cosim import Reference, System, reference, run, system_program
+from m4e_fmi.cosim import System, run, system_program
 
 
 @pytest.mark.parametrize("seed", range(25, 100))

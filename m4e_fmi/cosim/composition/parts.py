@@ -230,7 +230,6 @@ def stand_ins(
         connections=(),
         inputs={},
         outputs={},
-        buses={},
         scenario={},
     )
     fmus = ready_fmus(small, build_directory, tell=tell)

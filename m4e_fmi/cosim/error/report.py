@@ -2,11 +2,6 @@
 
 A run repeats some of its steps, in half as many that are twice as long, or where these are not
 possible in twice as many that are half as long; all are watched for kinks (`roughness`).
-With `--check` all of it is repeated at half the step; two runs of order p, y at the step H and z
-at H/2, differ by most of the error of the first:
-
-    error of y = |y − z| · 2^p/(2^p − 1)
-
 The largest over the run is reported for each connection, relative to the range: the largest range
 of any monitored output of that unit; of the output itself, if it has no unit. A range
 of rounding noise counts as NOISE times the largest value of the unit, that of moments at least as
@@ -198,21 +193,6 @@ def monitored_places(network: Network) -> np.ndarray:
     return np.array([network.index(port) for _, port in network.monitored_outputs], dtype=np.intp)
 
 
-class Trace:
-    """An observer that keeps the monitored outputs."""
-
-    def __init__(self) -> None:
-        self.points: dict[int, np.ndarray] = {}
-        self.network: Network | None = None
-        self._places = np.zeros(0, dtype=np.intp)
-
-    def __call__(self, time: float, network: Network) -> None:
-        if self.network is None:
-            self.network = network
-            self._places = monitored_places(network)
-        self.points[round(time * NS_PER_SECOND)] = network.values[self._places]
-
-
 class Spans:
     """Reference of each monitored output's error: the largest range of all outputs of its unit.
 
@@ -310,36 +290,3 @@ def certificate(
     if longer and any(longer.values()):
         ordered = [found for found in ordered if found.error > NOISE]
     return CouplingErrorReport(tuple(ordered), coverage, longer or {}, adaptive)
-
-
-def compared(
-    run: Trace,
-    finer: Trace,
-    connections: Sequence[str],
-    order: float,
-    longer: Mapping[str, str],
-    adaptive: bool,
-) -> CouplingErrorReport:
-    """The certificate of a run by another at half the step.
-
-    `longer` and `adaptive` are those of the report.
-    """
-    network = run.network
-    assert network is not None
-    common = [time for time in run.points if time in finer.points]
-    first = np.array([run.points[time] for time in common])
-    second = np.array([finer.points[time] for time in common])
-    share = 2.0**order / (2.0**order - 1)
-    errors = np.abs(first - second).max(axis=0) * share
-    ranges, halved = np.ptp(second, axis=0), errors / 2.0**order
-    leaps = np.abs(np.diff(first, axis=0)).max(axis=0, initial=0.0) if network.sampled else None
-    return certificate(
-        network,
-        connections,
-        errors=errors,
-        halved=halved,
-        ranges=ranges,
-        leaps=leaps,
-        longer=longer,
-        adaptive=adaptive,
-    )

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.wiring.prepared import size_text
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import (
     DISCARD,
@@ -88,18 +87,12 @@ def _remedy(worker: Worker) -> str:
     """Remedy for an FMU whose process is gone, the likeliest first."""
     if "return" in worker.ending:
         return "give it more time (`limits` of the component), or look for what it waits for"
-    remedy = "the FMU is faulty: `m4e-fmi validate` on the file tells more"
     if "SIGKILL" in worker.ending:
-        remedy = (
+        return (
             "an FMU seldom does that itself: the system may have been out of memory, or somebody "
             "ended the process"
         )
-    if worker.host.memory is None:
-        return remedy
-    limit = size_text(worker.host.memory)
-    return (
-        f"it may have met its limit of memory, {limit} (`limits` of the component); else {remedy}"
-    )
+    return "the FMU is faulty: `m4e-fmi validate` on the file tells more"
 
 
 def value_out_of_range(

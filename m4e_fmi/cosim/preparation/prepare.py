@@ -19,10 +19,6 @@ from m4e_fmi.cosim.network.interruption import setting_up
 from m4e_fmi.cosim.network.schedule import loop_library
 from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
-from m4e_fmi.cosim.preparation.doubtful_values import (
-    start_values_without_effect,
-    within_ramps,
-)
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile, answers
@@ -93,8 +89,6 @@ def prepare(
             *answers(
                 system.components, descriptions, lambda k: k.doubts, system, descriptions, wiring
             ),
-            *start_values_without_effect(system, wiring, structure),
-            *within_ramps(system, descriptions),
         )
         notes = (*wiring.notes, *found, *refused, *late)
         prepared = Prepared(system, descriptions, wiring, structure, rates, apart, notes, warnings)

@@ -2,8 +2,8 @@
 
 The stop time and the times of checkpoints may differ. Everything else that affects the results is
 listed by name and value: the version of m4e_fmi, the platform (the binaries of an FMU for two
-platforms may have states of different form), the FMUs by their SHA-256, start values, connections
-and units of buses, actions of the scenario, settings, recorded variables.
+platforms may have states of different form), the FMUs by their SHA-256, start values, connections,
+actions of the scenario, settings, recorded variables.
 """
 
 from __future__ import annotations
@@ -54,11 +54,6 @@ def identity(prepared: Prepared, *, certify: bool) -> dict[str, str]:
         )
     found["the order of the components"] = ", ".join(c.name for c in system.components)
     found["connections"] = "; ".join(system.connections)
-    found |= {
-        f"unit of {bus}.{name}": unit
-        for bus, signals in system.buses.items()
-        for name, unit in signals.items()
-    }
     found["inputs of the system"] = str({k: list(v) for k, v in system.inputs.items()})
     found["the order of the actions"] = ", ".join(system.scenario)
     for name, action in system.scenario.items():

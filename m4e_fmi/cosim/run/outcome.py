@@ -24,9 +24,8 @@ class Outcome:
     `notes` tell what the algorithm did without because an FMU cannot, `warnings` what seems to be
     left out of the connections, and what grows without bound, one line each. `certificate`
     estimates the coupling errors; it is a text that tells why they are not known, where they are
-    not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
-    the warnings and errors that FMUs have logged, one of each kind; `scenario` has a line for each
-    action of the scenario: when it began and ended.
+    not. `messages` are the warnings and errors that FMUs have logged, one of each kind; `scenario`
+    has a line for each action of the scenario: when it began and ended.
     """
 
     prepared: Prepared = field(repr=False)
@@ -38,7 +37,6 @@ class Outcome:
     notes: tuple[str, ...] = ()
     rejected: int = 0
     certificate: CouplingErrorReport | str = ""
-    checked: CouplingErrorReport | None = None
     messages: tuple[FmuMessage, ...] = ()
     warnings: tuple[str, ...] = ()
     scenario: tuple[str, ...] = ()

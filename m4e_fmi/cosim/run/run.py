@@ -212,7 +212,7 @@ class Run:
             returns=self._shortens,
             singly=bool(self.options.observers) or self.options.changeable,
         )
-        self.stability = Instability(self.network, self.simulation, self._stated)
+        self.stability = Instability(self.network, self.simulation)
         self.journal.clock = lambda: self.time_loop.time
         if self.options.checkpoint:
             self._resume(self.options.checkpoint.saved)
@@ -252,14 +252,6 @@ class Run:
                 longer=estimator.longer,
                 adaptive=self._control is not None,
             )
-
-    def _stated(self) -> float | None:
-        """The largest coupling error up to the present point, over the range, if all is known."""
-        found = self.certificate()
-        if not isinstance(found, CouplingErrorReport) or not found.errors:
-            return None
-        lost = found.coverage and found.coverage.lost
-        return None if lost else found.errors[0].error
 
     @property
     def rejected(self) -> int:
@@ -325,10 +317,9 @@ class Run:
             self.network.flush()
         except RunError as failure:
             error = self.time_loop.explained(failure)
-            told = self.stability.explained(error)
-            if told is failure:
+            if error is failure:
                 raise
-            raise told from failure
+            raise error from failure
         finally:
             self.journal.check()
         self.stability.look(self.steps)
@@ -392,7 +383,7 @@ class Run:
         self.energy.restore(state.energy)
         self.time_loop.position = deepcopy(state.position)
         self.second_look.restore(state.second_look)
-        self.stability.start_over(self.steps)
+        self.stability.next = self.steps
         if self.estimator and state.seen:
             self.estimator.restore(state.seen)
         self._changes = []

@@ -1,4 +1,4 @@
-"""From a System to results: prepare it, run it or step it, and judge the run by a second one."""
+"""From a System to results: prepare it, run it or step it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.cosim.error.report import ONE_LENGTH, Trace, compared
 from m4e_fmi.cosim.network.fmu_log import Warn
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.results.system_scene import system_scene
@@ -21,13 +20,11 @@ from m4e_fmi.cosim.run.execution import Execution
 from m4e_fmi.cosim.run.outcome import Outcome
 from m4e_fmi.cosim.run.run import Observer, RunOptions
 from m4e_fmi.cosim.run.running import running, without_checkpoints
-from m4e_fmi.cosim.system.component_steps import pace
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
-from m4e_fmi.cosim.system.system import Component, System
-from m4e_fmi.cosim.wiring.prepared import Prepared, thinned
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.wiring.prepared import LARGE, Prepared, volume
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.results_file import stream_of
-from m4e_fmi.signals import Terminated
 from m4e_fmi.threads import ONE_RUN
 
 
@@ -39,7 +36,6 @@ def run(
     observers: Sequence[Observer] = (),
     progress: Callable[[float], None] | None = None,
     tell: Callable[[str], None] | None = None,
-    check: bool = False,
     variables: Sequence[str] = (),
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
@@ -56,13 +52,10 @@ def run(
     mooring lines. Each of `observers` is called as ``observer(time, network)`` at the start and
     after every step, `progress` as ``progress(time)`` about ten times a second, `warn` with a line
     for each warning of the outcome, and for each kind of warning or error that an FMU logs, when it
-    first does. With `check`, the system runs once more at half the step (and an eighth of the
-    coupling tolerance), and the outcome has `checked`. Without `certify` it has
-    no certificate, and makes no step twice.
+    first does. Without `certify` the outcome has no certificate, and no step is made twice.
 
     RunError names component, variable and time; the results up to there are then on disk, as they
-    are after KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results
-    that would be huge with a row per step have fewer, which `tell` receives and the notes tell.
+    are after KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit).
     RunError before the first step if another run writes to the same file. The files `beside`, as
     earlier pictures, are removed when its results are replaced, as are those in the form that
     `results` is to have. ExportError, which has the outcome, if all is done but the `.csv`
@@ -79,7 +72,7 @@ def run(
     processes, as those of a study.
     """
     with ONE_RUN:
-        checkpoint = checkpoint_to_resume(results, resume, check=check)
+        checkpoint = checkpoint_to_resume(results, resume)
         ready, given = _ready(system, results, variables, build_directory, tell, animated=animated)
         options = replace(
             given,
@@ -93,7 +86,10 @@ def run(
             checkpoint=checkpoint,
         )
         options.warn_of([*ready.warnings, *_no_checkpoints(ready, options)])
-        return (_checked if check else _once)(ready, options)
+        with running(ready, options) as made:
+            made.finish()
+        assert made.outcome
+        return made.outcome
 
 
 @contextmanager
@@ -125,7 +121,7 @@ def start(
 
 
 def checkpoint_to_resume(
-    results: str | Path | None, resume: bool | str | Path, *, check: bool
+    results: str | Path | None, resume: bool | str | Path
 ) -> Checkpoint | None:
     """The checkpoint from which a run is to be resumed, if so; InputError if it cannot be."""
     if resume is False:
@@ -133,9 +129,6 @@ def checkpoint_to_resume(
     if results is None:
         message = "a run that goes on from a checkpoint needs a file of results"
         raise InputError.single(message, "give `results`")
-    if check:
-        message = "a run with a check at half the step, which compares all points, is not resumed"
-        raise InputError.single(message, "leave out --check (in Python check), or --resume")
     path = checkpoint_of(stream_of(results)) if resume is True else Path(resume)
     results_of(path)
     return read_checkpoint(path.absolute())
@@ -165,17 +158,10 @@ def _ready(
         recorded = prepared.recorded.items()
         names = [f"{name}.{one.name}" for name, members in recorded for one in members]
         prepared = prepared.recording([*names, *scene.variables])
-    settings, note = thinned(prepared.system.simulation, prepared.columns)
-    if prepared.columns == 1:
-        note = (
-            "the results have no column but time: there is no scalar output and no connected "
-            "array; choose what to record by variables (--variables)"
-        )
-    if note and tell:
+    size, note = volume(prepared.system.simulation, prepared.columns)
+    if size > LARGE and tell:
         tell(note)
-    notes = (*prepared.notes, note) if note else prepared.notes
-    paced = replace(prepared.system, simulation=settings)
-    return replace(prepared, system=paced, notes=notes), RunOptions(results=results, scene=scene)
+    return prepared, RunOptions(results=results, scene=scene)
 
 
 def _no_checkpoints(prepared: Prepared, options: RunOptions) -> list[str]:
@@ -188,71 +174,3 @@ def _no_checkpoints(prepared: Prepared, options: RunOptions) -> list[str]:
         raise InputError.single(f"the run cannot be resumed: {why}", "run again from the start")
     asked = [name for name in CHECKPOINTS if getattr(prepared.system.simulation, name) is not None]
     return [f"{' and '.join(asked)}: no checkpoints are taken: {why}"] if why and asked else []
-
-
-def _once(system: Prepared, options: RunOptions) -> Outcome:
-    with running(system, options) as run:
-        run.finish()
-    assert run.outcome
-    return run.outcome
-
-
-def _checked(system: Prepared, options: RunOptions) -> Outcome:
-    """The outcome of a run, with its differences from a second one at finer steps."""
-    again = _finer(system)
-    trace, finer_trace = Trace(), Trace()
-    outcome = _once(system, replace(options, observers=[*options.observers, trace]))
-    second = RunOptions(certify=False, observers=[finer_trace], progress=options.progress)
-    try:
-        _once(again, second)
-    except (KeyboardInterrupt, Terminated) as error:
-        error.add_note("this was the second run, at half the step")
-        if outcome.path:
-            error.add_note(f"the results of the first are complete, in {outcome.path}")
-        raise
-    halved = system.halved
-    longer = {name: "" if name in halved else ONE_LENGTH for name in system.longer}
-    found = compared(
-        trace,
-        finer_trace,
-        system.system.connections,
-        1 if halved else outcome.order,
-        longer,
-        system.system.simulation.coupling_tolerance is not None,
-    )
-    return replace(outcome, checked=found)
-
-
-def _finer(prepared: Prepared) -> Prepared:
-    """The same at half the step, which components that make several steps in each halve too.
-
-    Sampled ones keep their step: it is what they are, and not how they are computed. InputError
-    for an FMU that makes steps of one size only.
-    """
-    system = prepared.system
-    settings, tolerance = system.simulation, system.simulation.coupling_tolerance
-    parts: list[Component] = []
-    for part in system.components:
-        rate = prepared.rates.get(part.name)
-        if rate and not rate.shortens:
-            raise InputError.single(
-                f"--check runs at half the step, which {part.name} cannot: it {rate}",
-                "leave out --check: the error estimate of each run needs no other step size",
-            )
-        halved = prepared.descriptions[part.name].internal_step is None
-        if rate and rate.is_longer:
-            halved = part.name in prepared.halved
-        if rate and halved and part.step_size is not None:
-            part = replace(part, step_size=rate.step / 2)
-        parts.append(part)
-    simulation = replace(
-        settings,
-        step_size=settings.step_size / 2,
-        output_interval=settings.output_interval or settings.step_size,
-        coupling_tolerance=None if tolerance is None else tolerance / 8,
-        checkpoint_interval=None,
-        checkpoint_wall_interval=None,
-    )
-    finer = replace(system, components=tuple(parts), simulation=simulation)
-    rates = pace(finer, prepared.descriptions)
-    return replace(prepared, system=finer, rates=rates, recorded={})

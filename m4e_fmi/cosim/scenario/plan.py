@@ -26,10 +26,6 @@ COMPONENT = "scenario"
 """The name under which actions are in the results."""
 NEVER = 2**62
 """A time [ns] that no run reaches."""
-PARTED = "parted"
-"""The parameter of a line, 1 once it has parted."""
-
-
 COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     ">=": operator.ge,
     "<=": operator.le,
@@ -131,7 +127,7 @@ class Planner:
             message = f"{name!r} begins at {action.at:g} s, before the start time of {start:g} s"
             self._problem((name, "at"), message, f"give a time from {start:g} s on")
         kind = action.kind
-        sets = kind in ("set", "ramp", "broken_line")
+        sets = kind in ("set", "ramp")
         settings = () if not sets else tuple(self._settings(name, action))
         effects = () if sets else tuple(self._effects(name, action))
         condition = self._condition(name, action.when) if action.when is not None else None
@@ -195,13 +191,8 @@ class Planner:
     def _settings(self, name: str, action: Action) -> Iterator[Setting]:
         """Values that are set in FMUs."""
         within = nanoseconds(action.within or 0.0)
-        given: Mapping[str, object] = (action.set if action.kind == "set" else action.ramp) or {}
-        for line in action.broken_line or ():
-            given = {**given, f"{line}.{PARTED}": 1.0}
-        for variable_name, value in given.items():
+        for variable_name, value in getattr(action, action.kind).items():
             at = (name, action.kind, variable_name)
-            if action.broken_line and not self._is_line(at, variable_name):
-                continue
             found = self._variable(at, variable_name)
             if found is None or not self._is_settable(at, *found, ramp=within > 0):
                 continue
@@ -211,23 +202,6 @@ class Planner:
             except ValueError as error:
                 told = repr(value) if isinstance(value, str) else str(value)
                 self._problem(at, f"value {told} of {port} is wrong", str(error))
-
-    def _is_line(self, at: Location, name: str) -> bool:
-        """True for the parameter of a line that can part; adds to the problems."""
-        lines = [
-            f"{component}.{variable.removesuffix(f'.{PARTED}')}"
-            for component, description in self.descriptions.items()
-            for variable in description.variables
-            if variable.endswith(f".{PARTED}")
-        ]
-        line = name.removesuffix(f".{PARTED}")
-        if line in lines:
-            return True
-        remedy = (
-            suggestion(line, lines, "lines") if lines else "lines are in components of moorings"
-        )
-        self._problem(at, f"there is no line {line!r} that can part", remedy)
-        return False
 
     def _is_settable(self, at: Location, port: Port, variable: Variable, *, ramp: bool) -> bool:
         why, remedy = why_fixed(variable), "set an unconnected input or a tunable parameter"

@@ -110,23 +110,22 @@ def _as_written(
     told: Mapping[str, Any],
     descriptions: Mapping[str, Description],
 ) -> System:
-    """The system with the texts of connections, and the buses, that its annotation tells of.
+    """The system with the texts of connections that its annotation tells of.
 
     They are taken if they mean the same as the package's connections, which have no delays.
     """
-    buses, connections = told.get("buses", {}), told.get("connections")
+    connections = told.get("connections")
     if not connections:
         return system
     try:
-        units = {str(bus): dict(signals) for bus, signals in buses.items()}
-        whole = replace(system, buses=units, connections=tuple(map(str, connections)))
+        whole = replace(system, connections=tuple(map(str, connections)))
         if _alike(connect(whole, descriptions), connect(system, descriptions)):
             return whole
-    except (InputError, AttributeError, TypeError, ValueError):
+    except (InputError, TypeError):
         pass  # what stands alone is checked when the system is prepared
     package.note(
         "its connections are not those with which it was written: each variable is connected "
-        "alone, without buses and delays"
+        "alone, without delays"
     )
     return replace(system, notes=tuple(package.notes))
 
@@ -235,20 +234,15 @@ def _start(
                 leads_to.setdefault(at, []).append(flow.end)
     start: dict[Path, dict[str, Value]] = {}
     for node in tree.nodes():
-        for parameter in bound_parameters(package, node, units):
-            found = targets(node, parameter.name, leads_to)
+        for given, value in bound_parameters(package, node, units):
+            found = targets(node, given, leads_to)
             found = [(p, n) for p, n in found or () if p in descriptions]
             known = [(p, n) for p, n in found if n in descriptions[p].variables]
             for path, name in known:
-                try:
-                    value = parameter.for_variable(descriptions[path].variables[name])
-                except ValueError as error:
-                    package.reject(parameter.element, *error.args)
-                else:
-                    start.setdefault(path, {})[name] = value
+                start.setdefault(path, {})[name] = value
             if not known:
                 where = ".".join(node.path) or "the system"
-                message = f"parameter {parameter.name!r} of {where} reaches no variable"
+                message = f"parameter {given!r} of {where} reaches no variable"
                 package.note(f"{message}: it is left out")
     return start
 

@@ -2,9 +2,9 @@
 
 Every connected variable becomes a connector, every link a connection; start values go into a
 parameter set for each component, where most tools look for them. What SSP has no place for is in
-annotations: connections as they were written (``a.m <-> b.end``), buses, through which values are
-connected from end to end, how to step, the components' own steps included, and the scenario; the
-system's step alone also in the words of the Open Simulation Platform.
+annotations: connections as they were written (``a.m <-> b.end``), how to step, the components' own
+steps included, and the scenario; the system's step alone also in the words of the Open Simulation
+Platform.
 """
 
 from __future__ import annotations
@@ -51,9 +51,6 @@ def write_ssp(prepared: Prepared, path: str | Path) -> Path:
     """Write the system with all its FMUs to `path`; RunError if that cannot be written."""
     path = Path(path)
     told: dict[str, Any] = {}
-    if prepared.system.buses:
-        buses = {name: dict(signals) for name, signals in prepared.system.buses.items()}
-        told |= {"buses": buses, "connections": list(prepared.system.connections)}
     scenario = {
         name: action.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True)
         for name, action in prepared.system.scenario.items()
@@ -179,7 +176,7 @@ def _connectors(
 
 
 def _connections(prepared: Prepared, parent: Element) -> list[str]:
-    """Write all links; texts of connections that mean the same, without buses."""
+    """Write all links; texts of connections that mean the same."""
     system, links = prepared.system, prepared.wiring.all_links
     outer = [(None, name, *text.split(".", 1)) for name, t in system.inputs.items() for text in t]
     outer += [(*text.split(".", 1), None, name) for name, text in system.outputs.items()]

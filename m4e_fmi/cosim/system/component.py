@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -15,7 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Annotated, TypeVar
 
-from pydantic import AfterValidator, BeforeValidator
+from pydantic import AfterValidator
 
 from m4e_fmi.cosim.system.simulation import Simulation, Time, fits, misfit, seconds
 from m4e_fmi.errors import InputError, Problem
@@ -28,11 +27,6 @@ from m4e_fmi.shown import short
 from m4e_fmi.units import Quantity, Unit
 
 OWN, HERE = "own", "here"
-_BYTES = {"kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
-_MEMORY = re.compile(rf"(\d{{1,6}}(?:\.\d{{1,6}})?) *({'|'.join(_BYTES)})")
-_SIZES = "write a number and its unit, as '500 MB' or '2 GiB'"
-LEAST_MEMORY = 10**8
-"""Bytes that a worker needs before it has loaded an FMU."""
 KIND_GROUP = "m4e_fmi.fmus"
 StartValue = float | int | bool | str | Quantity
 Start = Mapping[str, StartValue]
@@ -44,22 +38,6 @@ def _positive(given: float | None) -> float | None:
     return given
 
 
-def _in_bytes(given: object) -> object:
-    """A text with unit as a number of bytes."""
-    if given is None:
-        return None
-    if isinstance(given, int):
-        size = given
-    else:
-        found = _MEMORY.fullmatch(given) if isinstance(given, str) else None
-        if found is None:
-            raise rejected(f"{given!r} is not a size of memory", _SIZES)
-        size = round(float(found[1]) * _BYTES[found[2]])
-    if size < LEAST_MEMORY:
-        raise rejected(f"{given!r} is too little for any FMU", f"give {LEAST_MEMORY // 10**6} MB")
-    return size
-
-
 Limit = Annotated[Time | None, AfterValidator(_positive)]
 
 
@@ -67,13 +45,11 @@ class ProcessLimits(Section):
     """Limits for FMUs in processes of their own; None leaves one as it is for all components.
 
     `call`: time that each call of the FMU may take [s], or with a unit, 600 s by default.
-    `end`: the same for terminating and freeing it, 30 s by default. `memory`: address space of its
-    process [bytes], or as "2 GB"; no limit by default.
+    `end`: the same for terminating and freeing it, 30 s by default.
     """
 
     call: Limit = None
     end: Limit = None
-    memory: Annotated[int | None, BeforeValidator(_in_bytes)] = None
 
     def __bool__(self) -> bool:
         return self != ProcessLimits()

@@ -18,7 +18,7 @@ from m4e_fmi.shown import listing
 
 Amount = float | str
 """A number in the unit of its signal, or a text with a unit of its own: ``"2 cm"``."""
-KINDS = ("set", "ramp", "freeze", "offset", "replace", "broken_line")
+KINDS = ("set", "ramp", "freeze", "offset", "replace")
 """The kinds of actions."""
 
 
@@ -39,7 +39,7 @@ class Action(Section):
     set: values by unconnected input or tunable parameter; ramp: values that these reach in equal
     steps `within` a time [s].
     freeze: signals that stay as they are. offset: amounts that are added, by signal. replace:
-    values by signal. broken_line: lines of moorings that part.
+    values by signal.
     """
 
     model_config = ConfigDict(populate_by_name=True, alias_generator=_key)
@@ -53,7 +53,6 @@ class Action(Section):
     freeze: Names | None = None
     offset: Mapping[str, Amount] | None = None
     replace: Mapping[str, Amount] | None = None
-    broken_line: Names | None = None
 
     @property
     def kind(self) -> str:
@@ -142,7 +141,6 @@ class System:
     one variable or all elements of an array, ``a.variable * 2.5 + 1 -> b.variable`` with a factor
     and an offset. `inputs` and `outputs` are the system's own variables by name, and what they
     stand for: the inputs ``component.variable`` that take the value, the output that gives it.
-    `buses` are names under which connections meet, with their signals and the units of these.
     `scenario` are actions on it during a run, by name.
 
     `notes` say what reading the file has changed or left out. `folder` is the one that relative
@@ -159,7 +157,6 @@ class System:
     description: str = ""
     inputs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
-    buses: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     scenario: Mapping[str, Action] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)

@@ -5,12 +5,6 @@ into a tunable parameter, and is then carried at every communication point, as i
 (`is_carried`); into a fixed one it may not. Values are converted where units differ; `type_rules`
 tells which types fit.
 
-A bus of the system may stand on either side. It is declared with its signals and their units; a
-signal that is not Real has its type in place of the unit. Its name alone is the connector of all
-signals without a dot. Each signal has one source, of its dimension; values are converted to the
-signal's unit, and from there to each taker's. A connection to a bus and one from it make one link
-here: nothing passes through a bus at run time.
-
 ``a.group <-> b.group`` connects connectors. A group is the part of a variable's name before its
 last dot; the word written may be the whole group or its last parts, if that is unique. Members
 whose last segments are equal and of which one is an output, the other an input, are connected, both
@@ -39,16 +33,12 @@ from m4e_fmi.cosim.wiring.added_mass import (
     lacking_flag,
 )
 from m4e_fmi.cosim.wiring.link_checks import (
-    CARRIED_ONCE,
-    CONSTANT_TO_INPUT,
     input_derivative_problems,
     link_problems,
     outer_port_problems,
     unset_masses,
 )
 from m4e_fmi.cosim.wiring.links import (
-    BUS,
-    BusSignal,
     Link,
     Port,
     Variables,
@@ -63,11 +53,9 @@ from m4e_fmi.cosim.wiring.links import (
 from m4e_fmi.cosim.wiring.structure import dependency_problems
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
-from m4e_fmi.fmu.importer.type_rules import REAL, TYPES, misfit
-from m4e_fmi.units import parse_unit
+from m4e_fmi.fmu.importer.type_rules import misfit
 
-_FORWARD = (("output", "input"), ("output", BUS), (BUS, "input"))
-_BACKWARD = tuple((there, here) for here, there in _FORWARD)
+_FORWARD = ("output", "input")
 
 
 @dataclass(frozen=True)
@@ -81,7 +69,7 @@ class Pairing:
         """The links of the connection `index`; in the end InputError with all its problems."""
         written = parse_connection(self.system.connections[index])
         both_ways = written.both_ways
-        left, right = (self._end(text, both_ways) for text in (written.left, written.right))
+        left, right = (self._end(text) for text in (written.left, written.right))
         pairs = self._paired_groups(left, right) if both_ways else self._paired(left, right)
         problems: list[Problem] = []
         for source, target in pairs:
@@ -99,15 +87,15 @@ class Pairing:
             yield Link(source, target, index, factor, offset, written.delayed)
         InputError.raise_for(problems)
 
-    def _end(self, text: str, both_ways: bool) -> Port:
-        """Component and the rest of one end; a connector may be a bus alone."""
-        component, dot, rest = text.partition(".")
+    def _end(self, text: str) -> Port:
+        """Component and the rest of one end."""
+        port = Port.named(text)
         if unknown := unknown_component(text, self.variables):
             raise InputError([unknown])
-        if not rest and (dot or not both_ways or component not in self.system.buses):
+        if not port.variable:
             message = f"{text!r} names no variable or connector"
-            raise InputError.single(message, f"write '{component}.name'")
-        return Port(component, rest)
+            raise InputError.single(message, f"write '{port.component}.name'")
+        return port
 
     def _variable(self, port: Port) -> Variable:
         return self.variables[port.component][port.variable]
@@ -129,9 +117,9 @@ class Pairing:
         pairs: list[tuple[Port, Port]] = []
         for last in a.keys() & b.keys():
             causalities = self._variable(a[last]).causality, self._variable(b[last]).causality
-            if causalities in _FORWARD:
+            if causalities == _FORWARD:
                 pairs.append((a[last], b[last]))
-            elif causalities in _BACKWARD:
+            elif causalities[::-1] == _FORWARD:
                 pairs.append((b[last], a[last]))
         if not pairs:
             message = f"{left} and {right} have no output and input of the same name"
@@ -174,7 +162,7 @@ class Pairing:
         groups: dict[str, dict[str, Port]] = defaultdict(dict)
         for v in self.variables[end.component].values():
             group, dot, last = v.name.rpartition(".")
-            if v.causality == BUS or (dot and v.causality in ("input", "output")):
+            if dot and v.causality in ("input", "output"):
                 groups[group][last] = Port(end.component, v.name)
         word = end.variable
         near = [g for g in groups if g == word] or [g for g in groups if g.endswith("." + word)]
@@ -189,12 +177,6 @@ class Pairing:
         if a.keys() == b.keys():
             return [(a[index], b[index]) for index in a]
         remedy = f"{left} has {_extent(a)}, {right} has {_extent(b)}"
-        if {len(a), len(b)} == {9, 36}:  # added mass of one body in the plane, and in space
-            pairs = zip((1, 3, 5), (1, 2, 3), strict=True)
-            row = [(f"[1,{c}]", f"[1,{p}]") for c, p in pairs]
-            row = row if len(a) == 36 else [(p, c) for c, p in row]
-            links = ", ".join(f"{left}{i} -> {right}{j}" for i, j in row)
-            remedy += f"; of a body in the plane and in space, connect one by one: {links}, …"
         remedy += differing_bodies(self._bodies(a), self._bodies(b))
         raise InputError.single(f"{left} and {right} differ in size", remedy)
 
@@ -233,17 +215,15 @@ class Pairing:
         """InputError if no value may go from `source` to `target`."""
         give, take = self._variable(source), self._variable(target)
         message, remedy = "", ""
-        if give.causality == take.causality == BUS:
-            message = f"{source} and {target} are both signals of a bus"
-            remedy = "connect a component to both: it gives each of them the value"
-        elif give.causality not in ("output", "calculatedParameter", BUS):
+        if give.causality not in ("output", "calculatedParameter"):
             message = f"{source} ({give.causality}) is not an output"
             remedy = "the left side of '->' must be an output or a calculated parameter"
-        elif take.causality not in ("input", "parameter", BUS):
+        elif take.causality not in ("input", "parameter"):
             message = f"{target} ({take.causality}) is not an input"
             remedy = "the right side of '->' must be an input or a parameter"
-        elif (give.causality, take.causality) == CONSTANT_TO_INPUT:
-            message, remedy = f"{source} is constant, {target} is an input", CARRIED_ONCE
+        elif (give.causality, take.causality) == ("calculatedParameter", "input"):
+            message = f"{source} is constant, {target} is an input"
+            remedy = "a calculated parameter is transferred once: connect it to a parameter"
         elif found := misfit(give, take, plain=(written.factor, written.offset) == (1.0, 0.0)):
             message, remedy = f"{source} -> {target}: {source} {found[0]}", found[1]
         elif not written.units_ignored:
@@ -275,8 +255,7 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     InputError with all problems of connections, start values, and the system's inputs and outputs,
     each at its place.
     """
-    links, signals, variables = _resolved(system, descriptions)
-    links = sorted(links, key=lambda link: link.connection)
+    links, variables = _resolved(system, descriptions)
     steady = tuple(link for link in links if is_carried(*link.variables(variables)))
     driven = {link.target for link in steady}
     inputs = [Port(c, v.name) for c, d in descriptions.items() for v in d.of_causality("input")]
@@ -286,22 +265,16 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
         initial_links=tuple(k for k in links if not is_carried(*k.variables(variables))),
         bonds=tuple(power_bonds(system.connections, variables, real)),
         unconnected=tuple(port for port in inputs if port not in driven),
-        signals=tuple(signals),
         notes=tuple(map(sum_note, summed(links, variables))),
     )
 
 
 def _resolved(
     system: System, descriptions: Mapping[str, Description]
-) -> tuple[list[Link], list[BusSignal], Variables]:
-    """Links between components, signals of the buses, and all variables; InputError."""
-    problems = list(_bus_problems(system))
-    components = {name: description.variables for name, description in descriptions.items()}
-    buses = {
-        bus: {name: _signal(name, unit) for name, unit in signals.items()}
-        for bus, signals in system.buses.items()
-    }
-    variables: Variables = {**buses, **components}
+) -> tuple[list[Link], Variables]:
+    """Links between components, by connection, and all variables; InputError."""
+    problems: list[Problem] = []
+    variables = {name: description.variables for name, description in descriptions.items()}
     links: list[Link] = []
     pairing = Pairing(system, variables)
     for index in range(len(system.connections)):
@@ -312,7 +285,6 @@ def _resolved(
             problems += [system.problem(at, p.message, p.remedy) for p in error.problems]
     links = _without_given(system, variables, links)
     links = _one_source_each(system, variables, links, problems)
-    links, signals = _through_buses(links, system)
     links = [replace(link, kind=link.variables(variables)[0].type) for link in links]
     driven = {link.target for link in links}
     found: list[Iterable[Problem]] = [
@@ -327,7 +299,7 @@ def _resolved(
     ]
     problems += [problem for group in found for problem in group]
     InputError.raise_for(problems)
-    return links, signals, variables
+    return links, variables
 
 
 def _without_given(system: System, variables: Variables, links: list[Link]) -> list[Link]:
@@ -371,76 +343,4 @@ def _one_source_each(
             problems.append(system.problem(("connections", link.connection), message, remedy))
         if known is not link and link.delayed:  # beside a connector that carries it, too
             first[link.ends] = link
-    return list(first.values())
-
-
-def _signal(name: str, unit: str) -> Variable:
-    """A signal of a bus, without dimension where the unit is not known."""
-    kind = unit if unit in TYPES else REAL
-    unit = unit if kind == REAL else ""
-    try:
-        dimension = parse_unit(unit)
-    except ValueError:
-        dimension = None
-    return Variable(
-        name=name,
-        value_reference=0,
-        type=kind,
-        causality=BUS,
-        variability="continuous" if kind == REAL else "discrete",
-        initial=None,
-        unit=unit,
-        dimension=dimension,
-        offset=0.0,
-        description="",
-        derivative_of=None,
-    )
-
-
-def _bus_problems(system: System) -> Iterator[Problem]:
-    """Problems of the declarations of a system's buses."""
-    components = {component.name for component in system.components}
-    for bus, signals in system.buses.items():
-        if bus in components:
-            message = f"{bus!r} is a bus, and also a component"
-            yield system.problem(("buses", bus), message, "rename one of the two")
-        for name, unit in signals.items():
-            try:
-                parse_unit("1" if unit in TYPES else unit)
-            except ValueError as error:
-                remedy = "write it like N.s/m or kg.m2, and 1 for none; or a type, like Boolean"
-                yield system.problem(("buses", bus, name), str(error), remedy)
-
-
-def _through_buses(links: Iterable[Link], system: System) -> tuple[list[Link], list[BusSignal]]:
-    """The links from component to component, and the signals of all buses.
-
-    A link through a bus counts as one of the connection that takes the signal.
-    """
-    givers: dict[Port, Link] = {}
-    takers: dict[Port, list[Link]] = {}
-    found: list[Link] = []
-    for link in links:
-        if link.target.component in system.buses:
-            givers[link.target] = link
-        elif link.source.component in system.buses:
-            takers.setdefault(link.source, []).append(link)
-        else:
-            found.append(link)
-    signals: list[BusSignal] = []
-    for bus, units in system.buses.items():
-        for name, unit in units.items():
-            port = Port(bus, name)
-            giving, taking = givers.get(port), takers.get(port, [])
-            found += (_joined(giving, link) for link in taking if giving)
-            targets = tuple(link.target for link in taking)
-            signals.append(BusSignal(bus, name, unit, giving.source if giving else None, targets))
-    return sorted(found, key=lambda link: link.connection), signals
-
-
-def _joined(giving: Link, taking: Link) -> Link:
-    """One link of two: ``taking.factor · (giving.factor · y + giving.offset) + taking.offset``."""
-    factor = taking.factor * giving.factor
-    offset = taking.factor * giving.offset + taking.offset
-    delayed = giving.delayed or taking.delayed
-    return replace(taking, source=giving.source, factor=factor, offset=offset, delayed=delayed)
+    return sorted(first.values(), key=lambda link: link.connection)

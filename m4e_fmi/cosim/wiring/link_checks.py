@@ -23,24 +23,16 @@ from m4e_fmi.cosim.wiring.links import (
 )
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
-from m4e_fmi.fmu.importer.type_rules import misfit
 
-CONSTANT_TO_INPUT = ("calculatedParameter", "input")
-CARRIED_ONCE = "a calculated parameter is transferred once: connect it to a parameter"
 WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
 OFFERED = ".neutral_mass"
 
 
 def link_problems(system: System, variables: Variables, links: Iterable[Link]) -> Iterable[Problem]:
-    """Links whose ends do not fit by their types, or by when they have their values."""
+    """Links whose ends do not fit by when they have their values."""
     for link in links:
         give, take = link.variables(variables)
         at = ("connections", link.connection)
-        if found := misfit(give, take, plain=link.is_plain):
-            yield system.problem(at, f"{link}: {link.source} {found[0]}", found[1])
-        if (give.causality, take.causality) == CONSTANT_TO_INPUT:
-            message = f"{link.source} is constant, {link.target} is an input"
-            yield system.problem(at, message, CARRIED_ONCE)
         if is_carried(give, take):
             continue
         if is_varying(give):

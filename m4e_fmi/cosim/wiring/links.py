@@ -23,10 +23,8 @@ SAME_UNIT = 1e-9
 """Relative difference below which two conversion factors are the same."""
 ELEMENT = re.compile(r"(.+)\[(\d+),(\d+)\]")
 """Name of an element of a matrix, its row and its column."""
-BUS = "bus"
-"""Causality of a signal: it may be source and target."""
 Variables = Mapping[str, Mapping[str, Variable]]
-"""Variables by component (or bus) and name."""
+"""Variables by component and name."""
 AXES = (
     ("force_x", "vx", "x"),
     ("force_y", "vy", "y"),
@@ -203,21 +201,6 @@ class Bond:
     adds: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class BusSignal:
-    """The signal `name` of a bus, its `source` (None: not connected), and its `takers`."""
-
-    bus: str
-    name: str
-    unit: str
-    source: Port | None
-    takers: tuple[Port, ...]
-
-    def __str__(self) -> str:
-        takers = ", ".join(map(str, self.takers)) or "nobody takes it"
-        return f"{self.bus}.{self.name} [{self.unit}]: {self.source or 'nobody'} -> {takers}"
-
-
 @short
 @dataclass(frozen=True)
 class Wiring:
@@ -225,14 +208,13 @@ class Wiring:
 
     `links` carry values at every communication point, into inputs and tunable parameters;
     `initial_links` carry them into parameters, once. What several carry into one adds up, of which
-    `notes` tell. `unconnected` are the inputs without a link, `signals` those of all buses.
+    `notes` tell. `unconnected` are the inputs without a link.
     """
 
     links: tuple[Link, ...]
     initial_links: tuple[Link, ...]
     bonds: tuple[Bond, ...]
     unconnected: tuple[Port, ...]
-    signals: tuple[BusSignal, ...] = ()
     notes: tuple[str, ...] = ()
 
     @cached_property

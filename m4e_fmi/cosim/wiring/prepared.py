@@ -11,14 +11,13 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from itertools import count
 from math import ceil
 
 import networkx as nx
 
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, ComponentStep, Simulation
+from m4e_fmi.cosim.system.simulation import ComponentStep, Simulation
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Link, Port, Wiring
 from m4e_fmi.cosim.wiring.missing import is_idle_load, start_text, unfed
@@ -36,9 +35,7 @@ LARGEST_ARRAY = 9
 Scalar variables of FMI 1.0 and 2.0 that are called y[1], y[2], … are an array.
 """
 LARGE = 1e9
-"""Bytes of results above which their size is noted before the run; the aim where they are HUGE."""
-HUGE = 2e9
-"""Bytes of results above which not every step is a row, unless `output_interval` says so."""
+"""Bytes of results above which their size is noted before the run."""
 
 
 def chosen(
@@ -108,45 +105,20 @@ def _chosen_by(descriptions: Mapping[str, Description], pattern: str) -> list[tu
     ]
 
 
-def volume(simulation: Simulation, values: int) -> tuple[int, str]:
-    """The number of rows of a run with so many values in each, the time included; and in words.
+def volume(simulation: Simulation, values: int) -> tuple[float, str]:
+    """The size [bytes] of results with so many values in each row, the time included; in words.
 
     It is a lower bound if the steps are adaptive.
     """
     interval = simulation.output_interval
     span = simulation.stop_time - simulation.start_time
     rows = ceil(span / (interval or simulation.step_size)) + 1
-    least = "at least " if _ends_anywhere(simulation) else ""
-    return rows, f"{least}{rows:,} rows of {values:,} values, {size_text(8 * rows * values)}"
-
-
-def _ends_anywhere(simulation: Simulation) -> bool:
-    """True if steps are adaptive, and each is a row."""
-    return simulation.output_interval is None and simulation.coupling_tolerance is not None
-
-
-def thinned(simulation: Simulation, values: int) -> tuple[Simulation, str]:
-    """The simulation, with an output interval if results would be HUGE without, and a note.
-
-    Rows have so many `values`. The note is empty for results that are not LARGE. Adaptive steps are
-    left as they are: they end where rows are due.
-    """
-    rows, text = volume(simulation, values)
-    row = 8 * values
-    if rows * row <= LARGE:
-        return simulation, ""
-    remedy = "a longer output_interval, or fewer --variables, make them smaller"
-    if rows * row <= HUGE or simulation.output_interval or _ends_anywhere(simulation):
-        return simulation, f"results: {text}; {remedy}"
-    multiples = (factor * 10**power for power in count() for factor in (1, 2, 5))
-    every = next(n for n in multiples if row * (ceil((rows - 1) / n) + 1) <= LARGE)
-    fewer = replace(simulation, output_interval=every * simulation.step_ns / NS_PER_SECOND)
-    return fewer, (
-        f"results of every step would be {rows:,} rows, {size_text(rows * row)}: a row is "
-        f"written every {every} steps, {size_text(volume(fewer, values)[0] * row)}; "
-        f"output_interval: {fewer.output_interval:g} does the same, "
-        f"output_interval: {simulation.step_size:g} writes every step"
-    )
+    size = 8.0 * rows * values
+    least = "at least " if interval is None and simulation.coupling_tolerance is not None else ""
+    text = f"results: {least}{rows:,} rows of {values:,} values, {size_text(size)}"
+    if size > LARGE:
+        text += "; a longer output_interval, or fewer --variables, make them smaller"
+    return size, text
 
 
 def size_text(size: float) -> str:
@@ -312,13 +284,10 @@ class Prepared:
         if structure.loops:
             lines.append("algebraic loops, solved at every communication point:")
             lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
-        if wiring.signals:
-            lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
         lines.append("unconnected inputs, which keep their start values:")
         lines += _unconnected(self) or ["  none"]
         lines.append(_times(system))
-        _, note = thinned(system.simulation, self.columns)
-        lines.append(note or f"results: {volume(system.simulation, self.columns)[1]}")
+        lines.append(volume(system.simulation, self.columns)[1])
         return "\n".join(lines)
 
     def __repr__(self) -> str:

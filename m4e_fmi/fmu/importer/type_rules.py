@@ -62,9 +62,7 @@ def misfit(give: Variable, take: Variable, *, plain: bool) -> tuple[str, str] | 
 
 
 def _misfit_of_items(give: Variable, take: Variable, what: str) -> tuple[str, str] | None:
-    # an enumeration without any items stands for all (of a bus)
-    same = not give.items or not take.items or dict(give.items) == dict(take.items)
-    if give.type == "Enumeration" and not same:
+    if give.type == "Enumeration" and dict(give.items) != dict(take.items):
         return what, "connect an enumeration of the same items, or an Integer input"
     numbers = sorted(take.items.values())
     if give.type == "Integer" and numbers != list(range(numbers[0], numbers[-1] + 1)):

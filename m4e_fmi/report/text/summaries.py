@@ -84,14 +84,10 @@ def _messages(messages: Sequence[FmuMessage]) -> list[str]:
 def _certified(outcome: Outcome) -> list[str]:
     lines = [f"  {outcome.certificate}"]
     if isinstance(outcome.certificate, str):
-        lines = [f"  coupling error not known: {outcome.certificate}"]
-        if outcome.checked is None:
-            lines[0] += "; --check runs once more, at half the step"
-    else:
-        if outcome.certificate.coverage:
-            lines.append(f"  {outcome.certificate.coverage}")
-    if outcome.checked is not None:
-        lines.append(f"  checked at half the step: {outcome.checked}")
+        text = f"  coupling error not known: {outcome.certificate}"
+        return [f"{text}; compare with a run at half the step_size"]
+    if outcome.certificate.coverage:
+        lines.append(f"  {outcome.certificate.coverage}")
     return lines
 
 

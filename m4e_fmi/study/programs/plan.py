@@ -18,7 +18,6 @@ from itertools import groupby
 import numpy as np
 
 from m4e_fmi.code_hash import code_hash
-from m4e_fmi.cosim.preparation.doubtful_values import RAMP
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.multibody.diagnosis import diagnosis
@@ -38,7 +37,7 @@ from m4e_fmi.study.programs.settings import Settings, checked_settings
 from m4e_fmi.study.record import Record, record_of
 from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.shown.warnings import WARNING
-from m4e_fmi.study.start_up import first_time, ramp_warnings
+from m4e_fmi.study.start_up import RAMP, first_time, ramp_warnings
 
 ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
 

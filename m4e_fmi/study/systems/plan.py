@@ -19,7 +19,6 @@ from m4e_fmi.cosim.preparation.components import (
     ReadyFmu,
     ready_fmus,
 )
-from m4e_fmi.cosim.preparation.doubtful_values import ramps
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.system.component import Component, StartValue
@@ -34,7 +33,7 @@ from m4e_fmi.study.dataset import Batch, Labels, Work, rows_text
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.names import changed, named_system
 from m4e_fmi.study.report.record import inputs_of
-from m4e_fmi.study.start_up import first_time, ramp_warnings
+from m4e_fmi.study.start_up import first_time, ramp_warnings, ramps_of
 from m4e_fmi.study.systems.execution import Perform
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
@@ -206,7 +205,7 @@ class SystemPlan:
         prepared, blob = self._prepared_for(system, numbers)
         stop = system.simulation.stop_time
         own = replace(prepared.system, components=parts).changed(stop_time=stop)
-        ramping.append(ramps(own, prepared.descriptions))
+        ramping.append(ramps_of(own, prepared.descriptions))
         first = first_time(study, ramping[-1], own.simulation.start_time, stop)
         same = {
             **identity(replace(prepared, system=own), certify=study.coupling_error),

@@ -172,7 +172,7 @@ def test_reports(here, capsys):
 
 def test_a_system_runs_from_its_file_and_from_its_package(here, capsys):
     system, short = str(FLEXIBLE / "system.yaml"), ["--stop-time", "0.1", "--step-size", "0.005"]
-    assert main(["run", system, *short, "--start-value", "body.M", "9e4", "--check"]) == 0
+    assert main(["run", system, *short, "--start-value", "body.M", "9e4"]) == 0
     text = capsys.readouterr().out
     for said in ("20 steps of 0.005 s", "largest coupling error", "body.end <-> line.end"):
         assert said in text

@@ -68,8 +68,7 @@ def test_a_simulation_warns_of_outputs_beyond_their_limits(
 
 
 def test_a_simulation_and_a_run_have_the_same_results(system: str, said: Said) -> None:
-    text = said("run", system, "--reference", "--algorithm", "corrector")
-    assert "against the solution as one program: largest error of the stated outputs" in text
+    said("run", system, "--algorithm", "corrector")
     assert "energy balance closes to" in said("simulate", system, "--no-plot")
     coupled, whole = (load(f"build/system{SEED}{end}.nc") for end in ("", "_whole"))
     assert whole.time[-1] == 2.0

@@ -95,18 +95,6 @@ def test_files_are_labelled_and_tell_what_the_study_began_with(
     np.testing.assert_array_equal(kept.data["pto.force"], outcome.data["pto.force"])
 
 
-def test_a_run_follows_from_the_units_of_buses(tmp_path: Path) -> None:
-    """The offset of a connection into a bus counts in the unit of its signal."""
-    links = "connections:\n  - push.f + 1 -> net.force\n  - net.force -> cart.body.cart.force_x\n"
-    system = SYSTEM.replace("connections:\n", "buses: {net: {force: N}}\n" + links)
-    system = system.replace("  - push.f -> cart.body.cart.force_x\n", "")
-    text = STUDY.replace("[2, 6]", "[2]").replace("step: 10", "step: 20")
-    first = made(written_study(tmp_path, text, system=system))
-    other = made(written_study(tmp_path, text, system=system.replace("force: N", "force: kN")))
-    assert other.kept == 0
-    assert (other.data["power"] > 100.0 * first.data["power"]).all()
-
-
 def test_processes_give_the_same_bits(tmp_path: Path) -> None:
     text = STUDY.replace("[2, 6]", "[2]").replace("step: 10", "step: 20")
     path = written_study(tmp_path, text)

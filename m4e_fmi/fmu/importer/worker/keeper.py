@@ -244,13 +244,9 @@ def _serve(request: Request) -> None:
 
 
 def _settle(request: Request) -> None:
-    """Environment, search path and limits."""
+    """Environment and search path."""
     os.environ.update(request["environment"])
     sys.path[:] = request["path"]
-    if request["limit"] is not None:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (request["limit"], request["limit"]))
 
 
 def load_library(path: str, needed: Iterable[str]) -> ctypes.CDLL:

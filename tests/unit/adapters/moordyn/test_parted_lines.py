@@ -29,7 +29,7 @@ components:
 {}
 scenario:
   towed: {{at: 0, ramp: {{mooring.f.x: 2 m}}, within: 4 s}}
-  parted: {{when: mooring.one.fairlead_tension > 120 kN, broken_line: mooring.one}}
+  parted: {{when: mooring.one.fairlead_tension > 120 kN, set: {{mooring.one.parted: 1}}}}
 simulation: {{stop_time: 5, step_size: 0.1, algorithm: jacobi}}
 """
 

@@ -1,4 +1,4 @@
-"""Systems as one program: loops through accelerations, buses, own inputs, what is left open."""
+"""Systems as one program: loops through accelerations, own inputs, what is left open."""
 
 from __future__ import annotations
 
@@ -45,12 +45,9 @@ def test_a_force_of_the_acceleration_is_a_mass(tmp_path: Path) -> None:
     assert np.abs(found - exact).max() < 1e-12
 
 
-def test_a_bus_and_the_inputs_and_outputs_of_the_system(tmp_path: Path) -> None:
+def test_the_inputs_and_outputs_of_the_system(tmp_path: Path) -> None:
     text = """\
-buses: {net: {force: N}}
-connections:
-  - a.body.cart.x * -10 -> net.force, units ignored
-  - net.force -> b.body.cart.force_x
+connections: ['a.body.cart.x * -10 -> b.body.cart.force_x, units ignored']
 inputs: {push: [a.joint.rail.effort]}
 outputs: {place: b.body.cart.x}
 """

@@ -30,11 +30,11 @@ def pair(
 def test_steps_that_are_too_long(c_fmu: Fmus, tmp_path: Path) -> None:
     file = tmp_path / "r.nc"
     error = failure(pair(c_fmu, Simulation(1e4, 4.0, "gauss_seidel")), results=file)
-    assert re.match(r"unstable: a\.body\.m\.\w+ \(output body\.m\.\w+\) grew from ", error.message)
+    assert re.match(r"unstable: a\.body\.m\.\w+ \(output body\.m\.\w+\) is ", error.message)
     assert error.remedy.startswith("try step_size: 1; take algorithm: corrector or implicit")
     results = load(file)
     assert results.time[-1] < 500
-    assert f"at t = {results.time[-1]:.6g} s" in error.message
+    assert f"at t = {results.time[-1]:.9g} s" in error.message
     assert np.isfinite(results["a.body.m.x"].values).all()
 
 
@@ -43,18 +43,7 @@ def test_jacobi_feeds_energy_in(c_fmu: Fmus) -> None:
     assert "if neither helps, the system itself is unstable" in error.remedy
 
 
-def test_an_fmu_that_fails_by_itself_after_something_grew(c_fmu: Fmus, tmp_path: Path) -> None:
-    settings = Simulation(1e4, 1.0, "gauss_seidel")
-    fused = pair(c_fmu, settings, second="fuse", stiffness=40.0)
-    for file in (None, tmp_path / "r.nc"):
-        error = failure(fused, file)
-        assert error.message.startswith("b (fuse.fmu): the step from t = ")
-        assert "the fuse has blown" in error.message
-        assert "; before that a.body.m." in error.message
-        assert "if it is unstable: try step_size: 0.25" in error.remedy
-
-
-def test_an_fmu_that_fails_where_nothing_grew(c_fmu: Fmus, tmp_path: Path) -> None:
+def test_an_fmu_that_fails_says_so_itself(c_fmu: Fmus, tmp_path: Path) -> None:
     # the mass flies away at 1 m/s: x = t
     parts = {"a": "mass", "b": "fuse"}
     begin = {"a": {"body.m.vx": 1.0}, "b": {"stiffness": 0.0, "limit": 1e5}}
@@ -69,29 +58,6 @@ def rising(fmus: Fmus, stop: float) -> System:
     parts, begin = dict.fromkeys(["a", "b"], "integrator+state"), {"y": 1e-9}
     links, settings = ("a.y -> b.u", "b.y -> a.u"), Simulation(stop, 0.05)
     return system(fmus, parts, *links, start={"a": begin, "b": begin}, simulation=settings)
-
-
-def test_growth_that_ends_a_run_is_not_blamed_on_small_errors(c_fmu: Fmus) -> None:
-    error = failure(rising(c_fmu, 90.0))
-    stated = re.search(
-        r"the coupling error is (\S+) of range: the model itself grows", error.remedy
-    )
-    assert stated
-    # y at H and 2H of the exact exponential: the third-order error of 0.05 s steps over 69 s
-    assert 1e-8 < float(stated[1]) < 1e-3
-    assert "step_size" not in error.remedy
-
-
-def test_growth_before_an_fmu_fails_is_not_blamed_on_small_errors(
-    c_fmu: Fmus, tmp_path: Path
-) -> None:
-    # x'' = x: a spring that pushes away
-    settings = Simulation(100.0, 0.01, "gauss_seidel")
-    pushed = pair(c_fmu, settings, "mass+state", "fuse", stiffness=-1.0, limit=1e9)
-    error = failure(pushed, results=tmp_path / "r.nc")
-    assert "; before that a.body.m." in error.message
-    assert "the model itself grows" in error.remedy
-    assert "step_size" not in error.remedy
 
 
 def test_a_run_that_goes_back_forgets_what_grew(c_fmu: Fmus) -> None:

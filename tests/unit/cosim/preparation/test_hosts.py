@@ -54,20 +54,18 @@ def test_a_record_of_another_content_counts_for_nothing(c_fmu: Fmus, stranger: P
 
 
 def test_limits_of_a_component_go_before_those_of_all() -> None:
-    processes = Processes(ProcessLimits(call=10.0, memory=10**9), keep=("LICENSE",))
-    assert processes.host(ProcessLimits(end=1.0, memory=10**8)) == Host(
-        10.0, 1.0, 10**8, ("LICENSE",)
-    )
-    assert processes.host(ProcessLimits(call=2.0)) == Host(2.0, 30.0, 10**9, ("LICENSE",))
+    processes = Processes(ProcessLimits(call=10.0), keep=("LICENSE",))
+    assert processes.host(ProcessLimits(end=1.0)) == Host(10.0, 1.0, ("LICENSE",))
+    assert processes.host(ProcessLimits(call=2.0)) == Host(2.0, 30.0, ("LICENSE",))
 
 
 def test_keys_of_system_files(stranger: Path, tmp_path: Path) -> None:
     more = "limits: {end: 2 s}\nenvironment: {keep: [LICENSE]}"
-    keys = ", limits: {call: 500 ms, memory: 1.5 GB}"
+    keys = ", limits: {call: 500 ms}"
     file = tmp_path / "s.yaml"
     file.write_text(SYSTEM.format(fmu=stranger, keys=keys, more=more))
     found = prepare(load_system(file)).hosts["a"]
-    assert found == Host(0.5, 2.0, 1_500_000_000, ("LICENSE",))
+    assert found == Host(0.5, 2.0, ("LICENSE",))
 
 
 def test_without_fork_a_stranger_runs_here_and_a_request_is_refused(

@@ -17,7 +17,6 @@ components:
   total: {kind: sum, inputs: [one], unit: N, start: {one: 0.5}}
 connections:
   - body.m <-> total.one
-buses: {b: {x: '1', y.z: m}}
 simulation: {start_time: -500 ms, stop_time: 1/6 min, step_size: 100 ms, output_interval: 0.5 s}
 """
 
@@ -35,7 +34,6 @@ def test_a_good_file_is_understood(tmp_path: Path) -> None:
     assert total.source.name == "sum"
     assert dict(total.start) == {"one": 0.5}
     assert read.connections == ("body.m <-> total.one",)
-    assert read.buses == {"b": {"x": "1", "y.z": "m"}}
     assert read.simulation == Simulation(10.0, 0.1, output_interval=0.5, start_time=-0.5)
 
 
