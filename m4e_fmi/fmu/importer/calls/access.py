@@ -18,7 +18,6 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.elements import locate
 from m4e_fmi.fmu.importer.messages import WARNING, Status
 from m4e_fmi.fmu.importer.reading import Variable
@@ -42,18 +41,13 @@ def restored(status: Status) -> Status:
 
     Python goes on in the same thread: with values at the start, and after the last call.
     """
-    if found := library():
-        found.m4e_restore_environment()
+    library().m4e_restore_environment()
     return status
 
 
 def runtime_function(name: str) -> int:
-    """The address of a function of the C library; RunError where there is no such library."""
-    found = library()
-    if found is None:
-        message = "values of FMUs are set and read by the C library, which is missing"
-        raise RunError(message, "`m4e-fmi doctor` tells why there is none")
-    return address_of(getattr(found, name))
+    """The address of a function of the C library."""
+    return address_of(getattr(library(), name))
 
 
 def address_of(function: Any) -> int:
@@ -280,10 +274,7 @@ class Texts:
 
     def __init__(self) -> None:
         self._raw = _RawTexts()
-        found = library()
-        if found is None:
-            return  # nothing that has texts can be called without it
-        self._library = found  # pyrefly: ignore[possibly-uninitialized-attribute]
+        self._library = found = library()
         found.m4e_text_place.argtypes = ctypes.POINTER(_RawTexts), c_char_p
         found.m4e_text_place.restype = c_int64
         found.m4e_text_at.argtypes = ctypes.POINTER(_RawTexts), c_int64
