@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from m4e_fmi.fmu import Options, described, renamed, shown
-from m4e_fmi.fmu.export.arrays import grouped
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.program import Program
@@ -37,17 +36,12 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     visible = shown(program, options)
     description = described(visible, options)
     named = renamed(visible, options.rename)
-    variables = grouped(description, options.fmi)
-    elements = {m.name: e for v in variables for m, e in zip(v.members, v.elements, strict=True)}
     page = fmu_page(
         description,
-        variables,
         options,
         drawing=_svg(model_figure(model, program=program)),
         equations=Equations(model),
-        states={
-            v.name: elements[w.name] for v, w in zip(visible.states, named.states, strict=True)
-        },
+        states={v.name: w.name for v, w in zip(visible.states, named.states, strict=True)},
     )
     return {"documentation/index.html": page.encode()}
 
@@ -67,11 +61,9 @@ def whole_documentation(
     """
     visible = shown(program, options)
     description = described(visible, options)
-    variables = grouped(description, options.fmi)
     parts = {part.name: part.program for part in program.parts}
     page = whole_page(
         description,
-        variables,
         options,
         components=[
             (name, made_from, parts[name].description if name in parts else LEFT_OPEN)
