@@ -229,7 +229,7 @@ FAULTS = {
     # ---- FMUs ----
     "derivatives refer to the variable before": Fault(
         "m4e_fmi/fmu/export",
-        "str(number[of])",
+        "str(number[v.derivative_of])",
         "str(number[of] - 1)",
         "unit/fmu/export conformance/test_fmu_kinds.py conformance/test_fmu_contents.py",
     ),
