@@ -25,8 +25,6 @@ from m4e_fmi.program import (
     evaluated,
     singular_loop,
 )
-from m4e_fmi.program.python_form import load_python
-from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import listing
 from m4e_fmi.simulate import started
 
@@ -176,33 +174,22 @@ def _inputs(point: OperatingPoint, parts: Sequence[Part]) -> dict[str, float]:
 
 
 class Evaluation:
-    """The outputs of a program at operating points.
-
-    By the C library; in plain Python where there is none.
-    """
+    """The outputs of a program at operating points."""
 
     def __init__(self, program: Program) -> None:
         from m4e_fmi.runtime.engine import Engine
 
         self.program = program
-        compiled = library() is not None
-        self._engine = Engine(program) if compiled else None
-        self._form = None if compiled else load_python(program)
+        self._engine = Engine(program)
 
     def at(self, point: OperatingPoint, *more: float) -> Floats:
         """Outputs at `point`, shape (n_outputs,), in their units.
 
         `more` are values of inputs that only this program has.
         """
-        inputs = [*point.inputs, *more]
-        if self._engine is not None:
-            self._engine.set_parameters(point.parameters)
-            self._engine.set_inputs(inputs)
-            return self._engine.outputs(point.time, point.states)
-        assert self._form is not None
-        parameters, states = point.parameters.tolist(), point.states.tolist()
-        constants = self._form.constants(parameters)
-        return np.array(self._form.outputs(point.time, states, inputs, parameters, constants))
+        self._engine.set_parameters(point.parameters)
+        self._engine.set_inputs([*point.inputs, *more])
+        return self._engine.outputs(point.time, point.states)
 
 
 class Matrix:

@@ -17,16 +17,7 @@ def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `equations`."""
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
     add_options(command, "--open", "--settled", "--build-folder")
-    form = command.add_mutually_exclusive_group()
-    form.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
-    form.add_argument(
-        "--code", choices=("python", "c"), help="M and f as source of a function instead"
-    )
-    command.add_argument(
-        "--explicit",
-        action="store_true",
-        help="write repeated expressions out in full instead of naming them",
-    )
+    command.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
     command.add_argument(
         "--reactions", action="store_true", help="also the reactions of each joint"
     )
@@ -41,23 +32,15 @@ def _run(options: argparse.Namespace) -> None:
     if isinstance(source, Program):
         _print_program(source, options)
         return
-    equations = Equations(source)
-    if options.code:
-        print(equations.code(options.code), end="")
-        return
-    explicit = options.explicit or None
-    print(equations.text(latex=options.latex, reactions=options.reactions, explicit=explicit))
+    print(Equations(source).text(latex=options.latex, reactions=options.reactions))
 
 
 def _print_program(program: Program, options: argparse.Namespace) -> None:
     """A system's program as functions in Python."""
     from m4e_fmi.program.python_form import python_source
 
-    for flag in ("latex", "explicit", "reactions"):
+    for flag in ("latex", "reactions"):
         if getattr(options, flag):
             message = f"--{flag} is for a model: a system has straight-line equations"
             raise InputError.single(message, "leave it out, or give the file of a model")
-    if options.code == "c":
-        message = "--code c is for a model"
-        raise InputError.single(message, "build --single --native --sources has a system's")
     print(python_source(program))

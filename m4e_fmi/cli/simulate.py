@@ -45,7 +45,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--method",
         default="dop853",
-        help="dop853 (default), rk45, rodas (stiff), rk4 (fixed steps) or python",
+        help="dop853 (default), rk45, rodas (stiff) or rk4 (fixed steps)",
     )
     command.add_argument(
         "--step-size", type=float, metavar="S", help="of rk4, at most; default the output interval"

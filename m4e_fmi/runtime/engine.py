@@ -28,7 +28,7 @@ from m4e_fmi.runtime.declarations import (
     ReportStruct,
 )
 from m4e_fmi.runtime.kernel import kernel_source, load_kernel
-from m4e_fmi.runtime.library import library, library_detail
+from m4e_fmi.runtime.library import library
 
 Floats = NDArray[np.float64]
 
@@ -145,10 +145,7 @@ class Engine:
         jacobian: Iterable[Entry] = (),
         lanes: int = 1,
     ) -> None:
-        found = library()
-        if found is None:
-            raise RunError(f"the runtime's library is missing: {library_detail()}")
-        self.library = found
+        self.library = found = library()
         self.program = program
         self.watches = tuple(watches)
         self.lanes = lanes

@@ -10,6 +10,7 @@ import ctypes
 import functools
 from pathlib import Path
 
+from m4e_fmi.errors import RunError
 from m4e_fmi.runtime.compiler import (
     RUNTIME_FLAGS,
     CompilationError,
@@ -21,27 +22,24 @@ from m4e_fmi.runtime.platforms import packaged, this_platform
 
 
 @functools.cache
-def _found() -> tuple[ctypes.CDLL | None, str]:
+def library_path() -> Path:
+    """Path of the library; RunError if it is missing and cannot be built."""
     path = packaged("runtime", this_platform())
     try:
-        if path is None:
-            path = cached_shared("m4e_runtime", runtime_sources(), flags=RUNTIME_FLAGS)
-        return load(path), str(path)
-    except (CompilationError, OSError) as error:
-        return None, str(error)
+        return path or cached_shared("m4e_runtime", runtime_sources(), flags=RUNTIME_FLAGS)
+    except CompilationError as error:
+        raise _missing(error) from error
 
 
-def library() -> ctypes.CDLL | None:
-    """The loaded library, or None if it is missing and cannot be built."""
-    return _found()[0]
+@functools.cache
+def library() -> ctypes.CDLL:
+    """The loaded library; RunError if it is missing and cannot be built."""
+    try:
+        return load(library_path())
+    except OSError as error:
+        raise _missing(error) from error
 
 
-def library_path() -> Path | None:
-    """Path of the library; None without one."""
-    found, detail = _found()
-    return Path(detail) if found else None
-
-
-def library_detail() -> str:
-    """Path of the library, or the reason why it is missing."""
-    return _found()[1]
+def _missing(error: Exception) -> RunError:
+    message = f"the C library, which runs programs and FMUs, cannot be had: {error}"
+    return RunError(message, "install a C compiler, or `pip install ziglang`")

@@ -25,11 +25,10 @@ from m4e_fmi.multibody import model_program
 from m4e_fmi.program import TIME, Program, Variable, evaluated, kinks
 from m4e_fmi.results.series import Series, as_dataset
 from m4e_fmi.runtime.engine import Watch
-from m4e_fmi.runtime.library import library, library_detail
 from m4e_fmi.shown import listing, short, span, views
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.loops import check_start, explained, singular_row, with_shares
-from m4e_fmi.simulate.solvers import solve_compiled, solve_python
+from m4e_fmi.simulate.solvers import solve_compiled
 from m4e_fmi.simulate.start import started
 from m4e_fmi.simulate.task import Solved, StoppedError, Task
 
@@ -38,10 +37,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Progress = Callable[[float], None]
-PYTHON = "python"
 FIXED = "rk4"
-RUNTIME_METHODS = ("dop853", "rk45", "rodas", FIXED)
-METHODS = (*RUNTIME_METHODS, PYTHON)
+METHODS = ("dop853", "rk45", "rodas", FIXED)
 
 
 @short
@@ -126,7 +123,7 @@ def simulate(
     output_interval: float = 0.01,
     start_values: Mapping[str, float | str] | None = None,
     tolerance: float = 1e-8,
-    method: str = RUNTIME_METHODS[0],
+    method: str = METHODS[0],
     step_size: float | None = None,
     events: Sequence[Watch | str] = (),
     needed: Sequence[str] = (),
@@ -137,9 +134,8 @@ def simulate(
 
     `start_values` sets parameters, inputs and states by name: numbers in SI, or texts with a unit,
     as ``"5 mm"``; inputs of a model that are not set are zero, and left out of its program.
-    `tolerance` is relative and absolute, per step. `method` is one of the runtime's, dop853, rk45,
-    rodas (stiff) or rk4 (fixed steps), or `python` (no compiled library, and what others are
-    replaced by where there is none). Output times are met exactly, and steps end at kinks and jumps
+    `tolerance` is relative and absolute, per step. `method` is dop853, rk45, rodas (stiff) or rk4
+    (fixed steps). Output times are met exactly, and steps end at kinks and jumps
     that depend on time alone, such as those of tables.
 
     rk4 has no error control and no tolerance: from one output time to the next it takes the fewest
@@ -153,7 +149,7 @@ def simulate(
     integration fails, naming time and cause: a SimulationError, which has the rows up to there, if
     there are any.
     """
-    method, solver = _solver(method, step_size)
+    _check_method(method, step_size)
     given = start_values or {}
     source = system if isinstance(system, Program) else as_model(system)
     model = None if isinstance(source, Program) else source
@@ -209,19 +205,19 @@ def simulate(
         leave=leave,
     )
     try:
-        return simulation(_solved(task, solver, program, shares))
+        return simulation(_solved(task, program, shares))
     except StoppedError as error:
         if not len(error.solved.times):
             raise
         raise SimulationError(error, simulation(error.solved)) from error
 
 
-def _solved(task: Task, solver: Callable[[Task], Solved], program: Program, shares: int) -> Solved:
+def _solved(task: Task, program: Program, shares: int) -> Solved:
     """The rows of a task, whose last outputs are the `shares` of the program's algebraic loops.
 
     StoppedError if it fails, or a loop becomes singular.
     """
-    solved = solver(task)
+    solved = solve_compiled(task)
     if shares:
         table = solved.table[:, -shares:]
         found = singular_row(program, solved.times, table, fixed=task.method == FIXED)
@@ -230,8 +226,8 @@ def _solved(task: Task, solver: Callable[[Task], Solved], program: Program, shar
     return solved
 
 
-def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task], Solved]]:
-    """The method that `method` becomes on this machine, and what runs it."""
+def _check_method(method: str, step_size: float | None) -> None:
+    """InputError unless there is such a method, and it takes this step size."""
     if method not in METHODS:
         remedy = suggestion(method, METHODS, "methods")
         raise InputError.single(f"there is no method {method!r}", remedy)
@@ -240,12 +236,6 @@ def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task],
     if step_size is not None and method != FIXED:
         message = f"{method} chooses its steps: it takes no step size"
         raise InputError.single(message, f"give a tolerance, or the method {FIXED}")
-    if method in RUNTIME_METHODS and library() is not None:
-        return method, solve_compiled
-    if method == FIXED:
-        message = f"the method {FIXED} needs the runtime's library: {library_detail()}"
-        raise RunError(message, f"take the method {PYTHON}, which controls its error")
-    return PYTHON, solve_python
 
 
 def _watched(program: Program, events: Sequence[Watch]) -> tuple[Program, tuple[Watch, ...]]:

@@ -1,6 +1,6 @@
-"""Ways to integrate a program: the C library and plain Python.
+"""Integration of a program by the C library: a `Task` in, what is `Solved` out.
 
-Each takes a `Task` and returns what is `Solved`. StoppedError names the time and cause of a
+StoppedError names the time and cause of a
 failure, and has the rows up to there.
 """
 
@@ -11,17 +11,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.program import rate_entries
-from m4e_fmi.runtime import DormandPrince, IntegrationError
 from m4e_fmi.runtime.engine import EVENT, Control, Engine, Integrator, failure_text
-from m4e_fmi.simulate.task import Solved, Task, checked, failure, functions, leaving
+from m4e_fmi.simulate.task import Solved, Task, checked, failure, leaving
 
 PARTS = 100  # into which a run is cut to tell its progress
 
 
 def solve_compiled(task: Task) -> Solved:
-    """By the C library; cut into parts only where progress is asked for, which changes no bit.
+    """The rows of a task, cut into parts only where progress is asked for, which changes no bit.
 
     The stiff method has the exact Jacobian.
     """
@@ -79,36 +77,3 @@ def _parts(task: Task) -> Iterator[tuple[np.ndarray, float, bool]]:
         if not inner.size or inner[-1] < end:
             yield np.array([end]), end, False
         first = last
-
-
-def solve_python(task: Task) -> Solved:
-    """By Dormand and Prince's pair on the program's Python form: what its Python FMU does.
-
-    It has no dense output, hence no events.
-    """
-    if task.watches:
-        remedy = "take another; they need the runtime's library"
-        raise InputError.single("the method python finds no events", remedy)
-    rates, outputs = functions(task.program)
-    integrator = DormandPrince(rates, tolerance=task.tolerance, quadratures=task.quadratures)
-    x, t, rows, wanted = task.start, task.times[0], [], set(task.times.tolist())
-
-    def solved() -> Solved:
-        width = len(task.program.states) + len(task.program.outputs)
-        table = np.array(rows).reshape(-1, width)
-        return Solved(task.times[: len(rows)], table, integrator.evaluations, [])
-
-    try:
-        with leaving(task, solved):
-            for target in sorted({*wanted, *task.kinks}):
-                x = integrator.advance(t, x, target)
-                t = target
-                if t not in wanted:
-                    continue
-                rows.append([*x, *outputs(t, x)])
-                if task.progress:
-                    task.progress(t)
-    except (IntegrationError, ArithmeticError, ValueError) as error:
-        message = f"{task.program.name}: the integration stopped after t = {t:.6g} s: {error}"
-        raise failure(task, message, task.explain(t, x), solved()) from error
-    return checked(task, solved())

@@ -10,7 +10,6 @@ import numpy as np
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program
-from m4e_fmi.program.python_form import load_python
 from m4e_fmi.results.growth import FACTOR, Growth
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.signals import Terminated
@@ -54,7 +53,6 @@ def instability(
 
 Progress = Callable[[float], None] | None
 Explain = Callable[[float, Sequence[float]], str]
-Function = Callable[[float, Sequence[float]], list[float]]
 
 REMEDY = "look for a division by zero, a singular configuration or values far out of scale"
 
@@ -138,22 +136,6 @@ def failure(task: Task, text: str, why: str, solved: Solved) -> StoppedError:
     rows = solved.table[:, : len(task.program.states) - task.quadratures]
     found = instability(task.program, task.method, solved.times, rows, text)
     return StoppedError(found or RunError(text, REMEDY), solved.finite)
-
-
-def functions(program: Program) -> tuple[Function, Function]:
-    """rates(t, x) and outputs(t, x) at the program's start values of parameters and inputs."""
-    form = load_python(program)
-    parameters = [v.start for v in program.parameters]
-    inputs = [v.start for v in program.inputs]
-    try:
-        constants = form.constants(parameters)
-    except (ArithmeticError, ValueError) as error:
-        message = f"{program.name}: values of parameters only cannot be computed: {error}"
-        raise RunError(message, "check the parameters") from error
-    return (
-        lambda t, x: form.rates(t, x, inputs, parameters, constants),
-        lambda t, x: form.outputs(t, x, inputs, parameters, constants),
-    )
 
 
 def checked(task: Task, solved: Solved) -> Solved:

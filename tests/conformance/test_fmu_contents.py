@@ -172,7 +172,6 @@ def test_nominal_values_of_the_states(load: Load, kind: str) -> None:
     )
     instance = load(kind, model_program(model)).initialise()
     expected = {"x": 100.0, "z": 100.0, "theta": 1.0, "vx": 100.0, "vz": 100.0, "omega": 0.1}
-    expected |= {"position": 100.0, "velocity": 100.0}  # of FMI 3.0
     nominal = {n: expected[n.rpartition(".")[2]] for n in instance.state_names}
     listed = {n: float(instance.variables[n].nominal or 1.0) for n in nominal}
     assert listed == nominal

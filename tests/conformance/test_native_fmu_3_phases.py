@@ -34,8 +34,6 @@ ALLOWED: dict[str, set[str]] = {
     "GetFloat64": ALL,
     "GetString": ALL,
     "SetFloat64": ALL - {"terminated"},
-    "GetNumberOfVariableDependencies": ALL,
-    "GetVariableDependencies": ALL,
     "GetFMUState": NOT_WITHIN,
     "SetFMUState": NOT_WITHIN,
     "FreeFMUState": ALL,
@@ -71,7 +69,7 @@ NONE_THERE = {
     *(f"{verb}{kind}" for verb in ("Get", "Set") for kind in (*TYPES, "Binary", "Clock")),
     *("GetIntervalDecimal", "GetIntervalFraction", "GetShiftDecimal", "GetShiftFraction"),
     *("SetIntervalDecimal", "SetIntervalFraction", "SetShiftDecimal", "SetShiftFraction"),
-    "SetString",
+    *("SetString", "GetNumberOfVariableDependencies", "GetVariableDependencies"),
 }
 """Functions of variables that the FMU has none of: an error in every state."""
 
@@ -89,7 +87,8 @@ _CALLBACK: list[Callable[[], None]] = [lambda: None]
 def calls(instance: Instance, state: Any) -> dict[str, tuple[Any, ...]]:
     """Function → sound arguments, for the variable of the two forces where there is a choice."""
     r = instance.references
-    force, a = (c_uint * 1)(r["body.ball.force"]), (c_uint * 1)(r["body.ball.acceleration"])
+    force = (c_uint * 2)(r["body.ball.force_x"], r["body.ball.force_z"])
+    a = (c_uint * 2)(r["body.ball.ax"], r["body.ball.az"])
     text = (c_uint * 1)(r["last_error"])
     one, two, four, none = c_size_t(1), c_size_t(2), c_size_t(4), c_size_t(0)
     pair, quad = (c_double * 2)(0.0, 0.0), (c_double * 4)(0.3, 1.3, 0.0, 0.0)
@@ -98,20 +97,16 @@ def calls(instance: Instance, state: Any) -> dict[str, tuple[Any, ...]]:
     instance.call("SerializedFMUStateSize", state, byref(size))
     content = (c_uint8 * size.value)()
     instance.call("SerializeFMUState", state, content, size)
-    count = c_size_t()
-    instance.call("GetNumberOfVariableDependencies", a[0], byref(count))
-    n = count.value
-    found = (c_size_t * n)(), (c_uint * n)(), (c_size_t * n)(), (ctypes.c_int * n)()
     made = ctypes.c_void_p()
-    derivative = a, one, force, one, pair, two, pair, two
+    derivative = a, two, force, two, pair, two, pair, two
     return {
         "SetDebugLogging": (True, none, None),
         "EnterInitializationMode": (False, 0.0, 0.0, False, 0.0),
-        "GetFloat64": (force, one, pair, two),
-        "SetFloat64": (force, one, pair, two),
+        "GetFloat64": (force, two, pair, two),
+        "SetFloat64": (force, two, pair, two),
         "GetString": (text, one, (ctypes.c_char_p * 1)(), one),
         "GetNumberOfVariableDependencies": (a[0], byref(c_size_t())),
-        "GetVariableDependencies": (a[0], *found, count),
+        "GetVariableDependencies": (a[0], None, None, None, None, none),
         "GetFMUState": (byref(made),),
         "SetFMUState": (state,),
         "FreeFMUState": (byref(made),),
@@ -131,7 +126,7 @@ def calls(instance: Instance, state: Any) -> dict[str, tuple[Any, ...]]:
         "GetNumberOfEventIndicators": (byref(c_size_t()),),
         "GetNumberOfContinuousStates": (byref(c_size_t()),),
         "DoStep": (0.0, 0.1, True, *flags[:3], number),
-        "GetOutputDerivatives": (a, one, (c_int32 * 1)(1), pair, two),
+        "GetOutputDerivatives": (a, two, (c_int32 * 2)(1, 1), pair, two),
         "ActivateModelPartition": (c_uint(0), 0.0),
         **_of_other_types(force, one),
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import shutil
 import stat
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +13,7 @@ from typing import Any
 import fmpy
 import pytest
 from fmpy.validation import validate_fmu
-from support.fmu_instances import Instance, discarded, without_library
+from support.fmu_instances import Instance, discarded
 from support.fmu_programs import algebraic, tunable
 
 from m4e_fmi.errors import InputError
@@ -69,27 +68,6 @@ class TestBuilding:
         path = build_fmu(program, tmp_path / "bell.fmu")
         description: Any = fmpy.read_model_description(str(path))
         assert description.description == "a\ufffdb\ufffdc\ufffd"
-
-
-@pytest.mark.parametrize("method", ["dop853", "rk4"])
-def test_without_the_library(load: Load, fmu: Fmu, tmp_path: Path, method: str) -> None:
-    """Integrated by Python alone: the same to the tolerances, and bit by bit after a restart."""
-    path = Path(shutil.copy(fmu("python", method=method), tmp_path / "driven.fmu"))
-    instances = load("python", without_library(path)), load("python", built={"method": method})
-    for instance in instances:
-        instance.initialise()
-        for k in range(10):
-            instance.set({"force": math.sin(k)})
-            instance.step(0.1 * k, 0.1)
-    # two integrators, each off by 1e-8 in each of some 20 steps; rk4 is the same method
-    values = [instance.get(["x", "v", "energy"]) for instance in instances]
-    assert values[0] == pytest.approx(values[1], abs=1e-6 if method == "dop853" else 1e-12)
-    alone, saved = instances[0], instances[0].save()
-    alone.step(1.0, 0.5)
-    expected = alone.get(alone.reals())
-    alone.restore(alone.unpack(alone.pack(saved)))
-    alone.step(1.0, 0.5)
-    assert alone.get(alone.reals()) == expected
 
 
 class TestErrors:

@@ -18,10 +18,9 @@
 #include "fmi3Functions.h"
 #include "mutate.h"
 
-enum { FILES = 8, ROOM = 1 << 20, REFERENCES = 24, LONGEST = 20 };
+enum { FILES = 6, ROOM = 1 << 20, REFERENCES = 24, LONGEST = 20 };
 static const char *const names[FILES] = {"model.m4e",      "model.m4e",     "model.m4e",
-                                         "tangent.m4e",    "fmu.txt",       "variables.txt",
-                                         "dependencies.txt", "model.m4e"};
+                                         "tangent.m4e",    "fmu.txt",       "model.m4e"};
 static unsigned long number, accepted;
 
 static void tell_case(int signal) {

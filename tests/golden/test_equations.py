@@ -1,16 +1,14 @@
-"""Equations of a small model in all forms, word for word, and what the code gives.
+"""Equations of a small model as text and LaTeX, word for word, and what functions of them give.
 
 `pytest --update` writes the forms anew.
 """
 
 from __future__ import annotations
 
-import ctypes
 import random
-import shutil
-import subprocess
+from functools import partial
+from itertools import chain
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,20 +16,17 @@ import pytest
 from support.planar_trees import random_tree
 from support.spatial_trees import spatial_tree
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import Equations, mass_matrix_program, model_program
-from m4e_fmi.multibody.symbolic.printing import Language, intermediates
+from m4e_fmi.multibody.symbolic.printing import intermediates
 from m4e_fmi.runtime.engine import Engine
+from m4e_fmi.units import parse_unit
 
 FOLDER = Path(__file__).with_name("equations")
 CART = FOLDER / "cart.model.yaml"
 FORMS = {
     "cart.txt": lambda equations: equations.text(reactions=True),
-    "cart.named.txt": lambda equations: equations.text(explicit=False),
-    "cart.tex": lambda equations: equations.text(latex=True, explicit=False),
-    "cart.py.txt": lambda equations: equations.code("python"),
-    "cart.c": lambda equations: equations.code("c"),
+    "cart.tex": lambda equations: equations.text(latex=True),
 }
 
 
@@ -77,36 +72,20 @@ class Case:
 
 
 @pytest.mark.parametrize("model", models(), ids=lambda model: model.name)
-def test_python_code_gives_m_and_f(model: Model) -> None:
-    case, module = Case(model), SimpleNamespace()
-    exec(case.equations.code("python"), module.__dict__)
-    case.check(*module.equations(0.7, case.q, case.u, case.p))
-    M, f = module.equations(0.7, case.q, case.u)
-    assert np.isfinite(M).all()
-    assert np.isfinite(f).all()
+def test_functions_by_sympy_give_m_and_f(model: Model) -> None:
+    import sympy
 
-
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
-@pytest.mark.parametrize("model", models(), ids=lambda model: model.name)
-def test_c_code_gives_m_and_f(model: Model, tmp_path: Path) -> None:
     case = Case(model)
-    source, shared = tmp_path / "equations.c", tmp_path / "equations.so"
-    source.write_text(case.equations.code("c"), encoding="utf-8")
-    options = ["-std=c99", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-shared"]
-    subprocess.run(["cc", *options, "-fPIC", "-o", shared, source, "-lm"], check=True)
-    n = len(case.q)
-    M, f = np.zeros((n, n)), np.zeros(n)
-    vectors = (np.ascontiguousarray(v) for v in (case.q, case.u, case.p, M, f))
-    kept = list(vectors)
-    addresses = [v.ctypes.data_as(ctypes.c_void_p) for v in kept]
-    ctypes.CDLL(str(shared)).equations(ctypes.c_double(0.7), *addresses)
-    case.check(kept[3], kept[4])
-
-
-def test_unknown_languages() -> None:
-    wrong: Language = "fortran"  # pyrefly: ignore[bad-assignment]
-    with pytest.raises(InputError, match="known languages: c, python"):
-        Equations(load_model(CART)).code(wrong)
+    equations, scalars = case.equations, case.equations.assembly.scalars
+    p = [*scalars.parameters.values(), *chain(*scalars.added_mass)]
+    arguments = [sympy.Symbol("t", real=True), [*scalars.q], [*scalars.u], p]
+    tables = {
+        name: partial(np.interp, xp=t.times, fp=parse_unit(t.unit).factor * np.array(t.values))
+        for name, t in model.tables.items()
+    }
+    both = [equations.mass_matrix, equations.forcing]
+    M, f = sympy.lambdify(arguments, both, [tables, "numpy"])(0.7, case.q, case.u, case.p)
+    case.check(M, f.ravel())
 
 
 @pytest.mark.parametrize("latex", [False, True])
@@ -117,15 +96,10 @@ def test_long_pages_name_what_they_repeat(latex: bool) -> None:
     # some 300 lines of 30 to 60 characters; the longest is a sum of ten bodies' parts
     assert len(text) < 40_000
     assert max(map(len, text.splitlines())) < 2_000
-    full = Equations(model).text(latex=latex, explicit=True)
-    assert len(full) > 5 * len(text)
 
 
-def test_pages_too_long_to_be_written_out_are_refused() -> None:
+def test_pages_of_trees_in_space_are_short() -> None:
     equations = Equations(spatial_tree(1, size=7, loads=False, kinds=["revolute"]))
-    with pytest.raises(InputError, match=r"the equations of 'tree1' have .*e\+.* terms") as error:
-        equations.text(explicit=True)
-    assert "leave out --explicit" in error.value.problems[0].remedy
     assert len(equations.text()) < 200_000
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import ctypes
 import math
 import shutil
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -339,15 +338,3 @@ def opened(path: Path, folder: Path, kind: Kind, **arguments: Any) -> Instance:
     """An instance of the FMU at `path` in the way of its `kind`."""
     made = Instance3 if kind.fmi == "3" else Instance
     return made(path, folder, exchange=kind.exchange, **arguments)
-
-
-def without_library(fmu: Path) -> Path:
-    """The Python FMU `fmu`, from now on without the C runtime: it integrates in Python."""
-    with zipfile.ZipFile(fmu) as old:
-        names = old.namelist()
-        kept = {n: old.read(n) for n in names if "/runtime." not in n}
-    assert len(kept) < len(names)
-    with zipfile.ZipFile(fmu, "w") as new:
-        for name, content in kept.items():
-            new.writestr(name, content)
-    return fmu

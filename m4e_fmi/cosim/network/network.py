@@ -606,15 +606,12 @@ class Network:
         """
         for instance in self.instances.values():
             instance.enter_initialization()
-        start = Initialisation(
-            self.instances, self._wiring, self._structure, self.discrete.texts, self._arrive
-        )
+        start = Initialisation(self.instances, self._wiring, self._structure, self.discrete.texts)
         start.run()
         start.keep_constants()
         for component, instance in self.instances.items():
             instance.exit_initialization()
-            if component not in start.arrived:
-                self._arrive(component, start.given)
+            self._arrive(component, start.given)
         for link in self.links:
             self.values[self.before + self.index(link.source)] = start.found[link.source]
         self.discrete.begin(start.discrete)

@@ -20,10 +20,9 @@ from m4e_fmi.cosim.network import operations as op
 from m4e_fmi.cosim.network.instance import Instance
 from m4e_fmi.cosim.network.operations import Operation
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import DISCARD, RawCall
 from m4e_fmi.fmu.importer.calls.access import RawComponent, runtime_function
-from m4e_fmi.runtime.library import library, library_detail
+from m4e_fmi.runtime.library import library
 
 NEVER = 2**63
 """Steps from row to row where there are no rows."""
@@ -229,11 +228,6 @@ class LoopState(ctypes.Structure):
 def loop_library() -> ctypes.CDLL:
     """The C library, which performs all operations; RunError without it."""
     found = library()
-    if found is None:
-        raise RunError(
-            f"FMUs are coupled by the C library, which cannot be had: {library_detail()}",
-            "install a C compiler, or `pip install ziglang`",
-        )
     found.m4e_perform.argtypes = (
         c_void_p, c_size_t, c_double, c_double, c_uint64, POINTER(c_uint64),
     )  # fmt: skip

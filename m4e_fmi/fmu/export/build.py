@@ -20,7 +20,6 @@ from m4e_fmi.fmu.export.archive import (
     model_identifier,
     write_archive,
 )
-from m4e_fmi.fmu.export.arrays import grouped, layout_files
 from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
 from m4e_fmi.fmu.export.description import (
     ModelDescription,
@@ -38,11 +37,9 @@ from m4e_fmi.fmu.export.model_description import (
     XML,
     build_description_xml,
     model_description_xml,
-    terminals_xml,
 )
 from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_members
 from m4e_fmi.fmu.export.python_fmu import python_members, python_slave
-from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.program import Program
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
@@ -70,7 +67,7 @@ def build_fmu(
     Beside it, ``name.build.json`` records that this FMU was built here: see `build_record`.
 
     A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange; `fmi`
-    is the version of the standard, "2" or, for native ones, "3": `arrays` says what becomes one.
+    is the version of the standard, "2" or, for native ones, "3".
     `method` integrates a program in co-simulation: dop853, rk45 or rodas (stiff), to `tolerance`
     (default 1e-8) where the importer gives none, or rk4, which does not control its error: it
     divides each communication step into the fewest equal steps that are not longer than
@@ -136,19 +133,14 @@ def _with_description(
 ) -> dict[str, bytes]:
     """Members of an FMU with its description, licenses and documentation, and what follows."""
     files |= license_files(files, native=options.native) | dict(options.documentation)
-    identifier, variables = model_identifier(description.name), grouped(description, options.fmi)
+    identifier = model_identifier(description.name)
     sources = [Path(name).name for name in files if re.fullmatch(r"sources/.*\.c", name)]
     form = NATIVE_2 if options.native else PYTHON
     if options.fmi == "3":
         form = NATIVE_3
-        files |= layout_files(description, variables)
         if sources:
             files[BUILD] = build_description_xml(identifier, sources)
-        if terminals := terminals_xml(variables):
-            files[TERMINALS] = terminals
-    xml = model_description_xml(
-        description, variables, form, model_identifier=identifier, sources=sources
-    )
+    xml = model_description_xml(description, form, model_identifier=identifier, sources=sources)
     guid = f"{{{uuid.uuid5(GUID_NAMESPACE, content_hash({**files, 'xml': xml}, length=64))}}}"
     if options.native:
         files[SETTINGS] = f"{guid} ".encode() + files[SETTINGS]

@@ -1,8 +1,7 @@
 """modelDescription.xml, of FMI 2.0 and 3.0, from one table of what an FMU declares.
 
-A version has variables that are `Grouped`: FMI 2.0 scalars, FMI 3.0 arrays. What else differs is in
-a `Form`. Sources: FMI Specification 2.0.4, section 2.2, and 3.0.2, section 2.4. Element order and
-attributes follow their schemas.
+FMI 3.0 has time as its first variable; what else differs is in a `Form`. Sources: FMI Specification
+2.0.4, section 2.2, and 3.0.2, section 2.4. Element order and attributes follow their schemas.
 """
 
 from __future__ import annotations
@@ -15,9 +14,8 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
-from m4e_fmi.fmu.export.arrays import Grouped, dependencies, places
 from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
-from m4e_fmi.fmu.importer.elements import ELEMENTS
+from m4e_fmi.program import TIME
 from m4e_fmi.program.dependence import KINDS
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
@@ -34,7 +32,7 @@ LOG_CATEGORIES = {
     "logAll": "All messages.",
 }
 DECLARATION = "<?xml version='1.0' encoding='UTF-8'?>"
-_RANK = {kind: k for k, kind in enumerate(("", *KINDS))}
+_TIME = FmuVariable(TIME, "s", "Simulation time", causality="independent")
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,6 @@ NATIVE_3 = Form(
         "canSerializeFMUState": "true",
         "providesDirectionalDerivatives": "true",
         "providesAdjointDerivatives": "true",
-        "providesPerElementDependencies": "true",
     },
     exchange={},
     stepping={
@@ -155,13 +152,12 @@ NATIVE_3 = Form(
 
 def model_description_xml(
     description: ModelDescription,
-    variables: Sequence[Grouped],
     form: Form,
     *,
     model_identifier: str,
     sources: Sequence[str] = (),
 ) -> bytes:
-    """The XML text (UTF-8) of `description`, whose scalars are grouped into `variables`.
+    """The XML text (UTF-8) of `description`.
 
     Its GUID (FMI 3.0: token) is empty. `sources` are the C files in the FMU that an importer of
     FMI 2.0 compiles. ValueError names a unit that is not understood, or variables of one name.
@@ -188,7 +184,8 @@ def model_description_xml(
             files = SubElement(element, "SourceFiles")
             for name in sources:
                 SubElement(files, "File", name=name)
-    reals = [m for v in variables for m in v.members if m.type == "Real"]
+    variables = description.variables if form.is_2 else (_TIME, *description.variables)
+    reals = [v for v in variables if v.type == "Real"]
     _add_units(root, reals)
     _add_types(root, reals, form)
     categories = SubElement(root, "LogCategories")
@@ -260,56 +257,45 @@ def _add_types(root: Element, reals: Sequence[FmuVariable], form: Form) -> None:
             SubElement(definitions, "Float64Type", {"name": name, **facts})
 
 
-def _numbers(variables: Sequence[Grouped], form: Form) -> dict[str, int]:
-    """Name of each scalar → the number by which its variable is referred to.
+def _numbers(variables: Sequence[FmuVariable], form: Form) -> dict[str, int]:
+    """Name of each variable → the number by which it is referred to.
 
     In FMI 2.0 its place, from 1; in FMI 3.0 its value reference, which is its place from 0.
     """
-    first = 1 if form.is_2 else 0
-    return {name: first + reference for name, (reference, _) in places(variables).items()}
+    return {v.name: k for k, v in enumerate(variables, start=1 if form.is_2 else 0)}
 
 
-def _add_variables(root: Element, variables: Sequence[Grouped], form: Form) -> None:
+def _add_variables(root: Element, variables: Sequence[FmuVariable], form: Form) -> None:
     number = _numbers(variables, form)
-    names = [m.name for v in variables for m in v.members]
-    if len(number) != len(names):
-        twice = sorted(name for name, count in Counter(names).items() if count > 1)
-        raise ValueError(f"variables named twice: {twice}")
+    if len(number) != len(variables):
+        names = Counter(v.name for v in variables)
+        raise ValueError(f"variables named twice: {sorted(n for n in names if names[n] > 1)}")
     count_of_type = Counter[str]()
     parent = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(variables):
-        first, of = variable.first, variable.first.derivative_of
-        real = "Real" if form.is_2 else "Float64"
-        kind = real if first.type == "Real" else first.type
+    for reference, v in enumerate(variables):
+        kind = v.type if v.type != "Real" else "Real" if form.is_2 else "Float64"
         named = _given(
-            name=variable.name,
+            name=v.name,
             valueReference=str(count_of_type[kind] if form.is_2 else reference),
-            description=_legal(variable.description),
-            causality=first.causality,
-            variability=first.variability,
-            initial=first.initial,
+            description=_legal(v.description),
+            causality=v.causality,
+            variability=v.variability,
+            initial=v.initial,
         )
         count_of_type[kind] += 1
-        starts = None if first.start is None else [str(m.start) for m in variable.members]
         facts = {
-            **(_quantity(first) if first.type == "Real" and variable.unit is not None else {}),
+            **(_quantity(v) if v.type == "Real" else {}),
             **_given(
-                start=None if starts is None else " ".join(starts),
-                derivative=str(number[of]) if of else None,
+                start=None if v.start is None else str(v.start),
+                derivative=str(number[v.derivative_of]) if v.derivative_of else None,
             ),
         }
         if form.is_2:
             SubElement(SubElement(parent, "ScalarVariable", named), kind, facts)
             continue
-        if first.variability == "continuous" and first.causality != "independent":
+        if v.variability == "continuous" and v.causality != "independent":
             named["intermediateUpdate"] = "true"
-        element = SubElement(parent, kind, named | facts)
-        if variable.shape:
-            notes = SubElement(element, "Annotations")
-            note = SubElement(notes, "Annotation", type=ELEMENTS)
-            note.text = "\n".join(f"{member.name}\t{member.unit}" for member in variable.members)
-        for size in variable.shape:
-            SubElement(element, "Dimension", start=str(size))
+        SubElement(parent, kind, named | facts)
 
 
 def _quantity(variable: FmuVariable) -> dict[str, str]:
@@ -330,72 +316,52 @@ def _quantity(variable: FmuVariable) -> dict[str, str]:
 
 
 def _add_structure(
-    root: Element, description: ModelDescription, variables: Sequence[Grouped], form: Form
+    root: Element, description: ModelDescription, variables: Sequence[FmuVariable], form: Form
 ) -> None:
     structure = SubElement(root, "ModelStructure")
     outputs, derivatives, at_start = form.unknowns
-    rates = [] if form.exchange is None else _state_rates(description, variables)
+    names = () if form.exchange is None else description.derivatives
+    by_name = {v.name: v for v in variables}
+    rates = [by_name[name] for name in names]
     # at a communication point of co-simulation without model exchange only the inputs are known
-    states = {m.derivative_of for rate in rates for m in rate.members}
+    states = {rate.derivative_of for rate in rates}
     number = _numbers(variables, form)
     known = {
-        m.name: number[m.name]
+        v.name: number[v.name]
         for v in variables
-        for m in v.members
-        if m.causality in ("input", "independent") or m.name in states
+        if v.causality in ("input", "independent") or v.name in states
     }
     text = {k: str(k) for k in number.values()}
-    exact = {number[v.first.name] for v in variables if v.first.initial == "exact"}
+    exact = {number[v.name] for v in variables if v.initial == "exact"}
 
-    def unknowns(title: str, listed: Sequence[Grouped], *, initial: bool = False) -> None:
+    def unknowns(title: str, listed: Sequence[FmuVariable], *, initial: bool = False) -> None:
         parent = SubElement(structure, title) if form.is_2 and listed else structure
         tag, attribute = ("Unknown", "index") if form.is_2 else (title, "valueReference")
         everything = {*known.values(), *(exact if initial else ())}
         for v in listed:
-            element = SubElement(parent, tag, {attribute: str(number[v.first.name])})
-            found = _union(v, number if initial else known, initial=initial)
-            if found is None:
+            element = SubElement(parent, tag, {attribute: str(number[v.name])})
+            needs, kinds = v.dependencies, v.kinds
+            if initial:
+                needs, kinds = v.initial_dependencies, v.initial_kinds
+            if needs is None:
                 continue
+            numbers = number if initial else known
+            pairs = zip(needs, kinds or [""] * len(needs), strict=True)
+            found = dict(sorted((numbers[n], kind) for n, kind in pairs if n in numbers))
             long = form.is_2 and len(found) > LONG
             plain = long and {*found.values()} == {KINDS[-1]}
             if plain and everything <= found.keys():
                 continue
             element.set("dependencies", " ".join([text[k] for k in found]))
-            kinds = v.first.initial_kinds if initial else v.first.kinds
             if kinds is not None and not plain:
                 element.set("dependenciesKind", " ".join(found.values()))
 
-    unknowns(outputs, [v for v in variables if v.first.causality == "output"])
+    unknowns(outputs, [v for v in variables if v.causality == "output"])
     unknowns(derivatives, rates)
-    shown, names = ("output", "calculatedParameter"), {rate.name for rate in rates}
-    asked = [v for v in variables if v.first.causality in shown or v.name in names]
-    unknowns(at_start, [v for v in asked if v.first.initial != "exact"], initial=True)
-
-
-def _state_rates(description: ModelDescription, variables: Sequence[Grouped]) -> list[Grouped]:
-    """The rates of the states, in the order of the states among `variables`."""
-    place = places(variables)
-    by_name = {v.name: v for v in description.variables}
-    rate_of = {by_name[name].derivative_of: name for name in description.derivatives}
-    return [
-        variables[place[rate_of[v.first.name]][0]] for v in variables if v.first.name in rate_of
+    asked = [
+        v for v in variables if v.causality in ("output", "calculatedParameter") or v.name in names
     ]
-
-
-def _union(
-    variable: Grouped, numbers: Mapping[str, int], *, initial: bool
-) -> dict[int, str] | None:
-    """Numbers of what any element depends on, and how at most, in their order; None: of all."""
-    found: dict[int, str] = {}
-    for member in variable.members:
-        needs = dependencies(member, initial=initial)
-        if needs is None:
-            return None
-        own = {numbers[name]: kind for name, kind in needs if name in numbers}
-        for k in found.keys() & own.keys():
-            own[k] = max(own[k], found[k], key=_RANK.__getitem__)
-        found = {**found, **own} if found else own
-    return {k: found[k] for k in sorted(found)}
+    unknowns(at_start, [v for v in asked if v.initial != "exact"], initial=True)
 
 
 def build_description_xml(model_identifier: str, sources: Sequence[str]) -> bytes:
@@ -409,32 +375,3 @@ def build_description_xml(model_identifier: str, sources: Sequence[str]) -> byte
     for name in sources:
         SubElement(files, "SourceFile", name=name)
     return _xml_bytes(root)
-
-
-def terminals_xml(variables: Sequence[Grouped]) -> bytes | None:
-    """The XML text (UTF-8) of terminals, for importers that connect whole groups; None if none.
-
-    There is a terminal for each connector: inputs and outputs whose names begin alike, such as
-    `body.buoy.position`, `body.buoy.force`. Members of two terminals belong together if their names
-    are equal, and either may have more: rule "bus". Source: FMI Specification 3.0.2, section 2.4.9.
-    """
-    groups: dict[str, dict[str, Grouped]] = {}
-    for variable in variables:
-        prefix, dot, last = variable.name.rpartition(".")
-        if dot and variable.first.causality in ("input", "output"):
-            groups.setdefault(prefix, {})[last] = variable
-    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
-    terminals = SubElement(root, "Terminals")
-    for name, members in groups.items():
-        if len({v.first.causality for v in members.values()}) < 2:
-            continue
-        terminal = SubElement(terminals, "Terminal", name=name, matchingRule="bus")
-        for last, variable in members.items():
-            SubElement(
-                terminal,
-                "TerminalMemberVariable",
-                variableName=variable.name,
-                memberName=last,
-                variableKind="signal",
-            )
-    return _xml_bytes(root) if len(terminals) else None

@@ -4,8 +4,7 @@
 standards' names for its functions. Both together are one shared library, the same for
 every FMU of a platform; the model lies in `resources/`: `model.m4e`, the program in its
 binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of the
-integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
-`variables.txt` and `dependencies.txt`, which `arrays.layout_files` explains.
+integration method, the default tolerance and the longest step [s] of rk4.
 """
 
 from __future__ import annotations

@@ -28,8 +28,7 @@ from m4e_fmi.fmu.export.description import ModelDescription, PythonSource
 from m4e_fmi.fmu.export.native_fmu import PROGRAM, model_file
 from m4e_fmi.fmu.export.selection import GROUPS
 from m4e_fmi.program import Program
-from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import declarations, integrators
+from m4e_fmi.runtime import declarations
 from m4e_fmi.runtime.library import library_path
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
@@ -62,23 +61,20 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
         "step_size": description.step_size,
     }
     data = {
-        "model.py": python_source(program).encode(),
         "layout.json": json.dumps({**layout, **settings}).encode(),
+        PROGRAM: model_file(program, method, {}),
     }
     for system, name in LIBRARIES.items():
         own = system == sys.platform
         path = library_path() if own else packaged("runtime", PLATFORMS[name])
         if path is not None:  # as program_slave names them
-            data |= {f"runtime.{system}": path.read_bytes(), PROGRAM: b""}
-    if PROGRAM in data:
-        data[PROGRAM] = model_file(program, method, {})
+            data[f"runtime.{system}"] = path.read_bytes()
     return PythonSource(
         description=description,
         slave="program_slave:ProgramSlave",
         modules={
             "program_slave.py": EMBEDDED / "program_slave.py",
             "declarations.py": Path(declarations.__file__),
-            "integrators.py": Path(integrators.__file__),
         },
         data=data,
     )

@@ -2,22 +2,17 @@
 
 So what works with scalars need not know of arrays. An element's `valueReference` is a key: the
 value reference of its array plus its index times `_BASE`; `locate` takes it apart. Elements are
-called ``array[1,2]``, or as an annotation of the type `ELEMENTS` at the array tells: that is how
-an FMI 3.0 FMU says what its scalars are called in FMI 2.0, and their units where they differ.
-
-Also the description of an FMI 1.0 FMU for co-simulation in the words of FMI 2.0. FMPy reads its
-variables; capabilities, dependencies and whether a start value is exact are read here. Source: FMI
-for Co-Simulation 1.0, sections 3 and 4.3; FMI for Model Exchange 1.0, section 3.
+called ``array[1,2]``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from attrs import evolve
-from fmpy.model_description import CoSimulation, ModelVariable, Unknown
+from fmpy.model_description import ModelVariable
 from lxml import etree
 
 from m4e_fmi.fmu.importer.flaws import Element
@@ -28,9 +23,6 @@ FmpyUnknown = Any
 """FMPy's entry of ModelStructure, likewise."""
 
 _BASE = 2**32  # value references have 32 bits
-ELEMENTS = "m4e_fmi.elements"
-"""Type of the annotation that has a line for each element of an array: name, tab, unit."""
-
 REALS = {"Float64": "Real"}
 """The arrays that validation looks into, and what their elements are called in FMI 2.0."""
 SCALARS = {
@@ -62,26 +54,16 @@ def unit_of(variable: ModelVariable) -> str:
 
 
 def flattened(
-    raw: FmpyDescription, text: bytes, types: Mapping[str, str] = REALS, *, named: bool = False
+    raw: FmpyDescription, text: bytes, types: Mapping[str, str] = REALS
 ) -> FmpyDescription:
     """FMPy's FMI 3.0 description `raw`, with elements in place of variables of `types`.
 
     `text` is the XML that it was read from. An unknown of ModelStructure becomes one entry per
     element, each with all elements of the array's dependencies. Names that differ in FMI 3.0 become
-    those of FMI 2.0. With `named`, elements have the names and units in the annotations.
+    those of FMI 2.0.
     """
     root = etree.fromstring(text)
-    names = {
-        variable.get("name", ""): [
-            (line.partition("\t")[0], line.partition("\t")[2])
-            for line in (note.text or "").split("\n")
-        ]
-        for variable in root.iterfind("ModelVariables/*")
-        if named
-        for note in variable.iterfind("Annotations/Annotation")
-        if note.get("type") == ELEMENTS
-    }
-    found = {v.name: _elements(v, types, names.get(v.name)) for v in raw.modelVariables}
+    found = {v.name: _elements(v, types) for v in raw.modelVariables}
     elements = {v.valueReference: found[v.name] for v in reversed(raw.modelVariables)}
     for v in raw.modelVariables:
         if v.derivative is not None and v.type in types:
@@ -109,9 +91,7 @@ def add_directional(raw: FmpyDescription, root: Element) -> None:
             kind.providesDirectionalDerivative = provided
 
 
-def _elements(
-    variable: ModelVariable, types: Mapping[str, str], names: Sequence[tuple[str, str]] | None
-) -> list[ModelVariable]:
+def _elements(variable: ModelVariable, types: Mapping[str, str]) -> list[ModelVariable]:
     if variable.type not in types:
         return [variable]
     type_ = types[variable.type]
@@ -120,18 +100,15 @@ def _elements(
     numbers = type_ not in ("String", "Binary")
     starts = (variable.start or "").split() if numbers else [variable.start]
     places = [",".join(str(n + 1) for n in place) for place in np.ndindex(*variable.shape)]
-    if names is None or len(names) != len(places):
-        names = [(f"{variable.name}[{place}]", "") for place in places]
     return [
         evolve(
             variable,
-            name=name,
+            name=f"{variable.name}[{place}]",
             valueReference=variable.valueReference + k * _BASE,
             type=type_,
-            unit=unit or variable.unit,
             start=starts[min(k, len(starts) - 1)] if starts else None,
         )
-        for k, (name, unit) in enumerate(names)
+        for k, place in enumerate(places)
     ]
 
 
@@ -147,73 +124,3 @@ def _entries(unknown: FmpyUnknown, elements: dict[int, list[ModelVariable]]) -> 
         evolve(unknown, variable=e, dependencies=dependencies, dependenciesKind=kinds)
         for e in elements[unknown.variable.valueReference]
     ]
-
-
-# ---- FMI 1.0 ----
-
-_WAYS = ("CoSimulation_StandAlone", "CoSimulation_Tool")
-_CAPABILITIES = (
-    "canHandleVariableCommunicationStepSize",
-    "canInterpolateInputs",
-    "canBeInstantiatedOnlyOncePerProcess",
-)
-_TRUE = ("true", "1")
-
-
-def translate_1(raw: FmpyDescription, text: bytes) -> str:
-    """Complete FMPy's description `raw` by what `text`, the XML that it was read from, says.
-
-    Negated aliases are left out: they have no value reference of their own. The MIME type or file
-    of the tool that the FMU couples; "" where it needs none.
-    """
-    root = etree.fromstring(text)
-    elements = {e.get("name"): e for e in root.iterfind("ModelVariables/ScalarVariable")}
-    kept = [v for v in raw.modelVariables if elements[v.name].get("alias") != "negatedAlias"]
-    raw.modelVariables = kept
-    variables = {v.name: v for v in kept}
-    for v in kept:
-        if v.causality == "none":
-            v.causality = "local"
-        v.initial = _initial_1(v, elements[v.name])
-    parameters = [v for v in kept if v.causality == "parameter"]
-    for v in kept:
-        needs = _dependencies_1(elements[v.name], variables)
-        if v.causality == "output" and needs is not None:
-            raw.outputs.append(Unknown(variable=v, dependencies=needs))
-            raw.initialUnknowns.append(Unknown(variable=v, dependencies=needs + parameters))
-    return _capabilities_1(root, raw.coSimulation)
-
-
-def _initial_1(variable: ModelVariable, element: Element) -> str | None:
-    """FMI 2.0's `initial`: what has a start value may be set before the start, inputs always."""
-    if variable.causality == "input":
-        return None
-    value = next(iter(element.iterfind(variable.type)))
-    if value.get("start") is None or variable.variability == "constant":
-        return "calculated"
-    return "exact" if value.get("fixed", "true") in _TRUE else "approx"
-
-
-def _dependencies_1(
-    element: Element, variables: Mapping[str, ModelVariable]
-) -> list[ModelVariable] | None:
-    """The inputs that an output depends on; None where nothing is declared."""
-    declared = element.find("DirectDependency")
-    if declared is None:
-        return None
-    names = [name.text or "" for name in declared.iterfind("Name")]
-    return [variables[name] for name in names if name in variables]
-
-
-def _capabilities_1(root: Element, stepping: CoSimulation | None) -> str:
-    for way in _WAYS:
-        found = root.find(f"Implementation/{way}")
-        if found is None:
-            continue
-        told = found.find("Capabilities")
-        for name in _CAPABILITIES:
-            setattr(stepping, name, told is not None and told.get(name) in _TRUE)
-        model = found.find("Model")
-        if way == "CoSimulation_Tool":
-            return (model.get("type") or "a tool") if model is not None else "a tool"
-    return ""

@@ -37,7 +37,6 @@ from m4e_fmi.files.xml_text import check_size, check_xml
 from m4e_fmi.signals import held
 
 MODEL_DESCRIPTION = "modelDescription.xml"
-TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 # FMUs get this path as a percent-encoded URI, which some cannot decode and crash
 _PLAIN = re.compile(r"[A-Za-z0-9_./\\:-]+$")
 _MISSING = re.compile(

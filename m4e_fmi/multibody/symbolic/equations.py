@@ -35,8 +35,6 @@ from m4e_fmi.multibody.closed_form import (
 from m4e_fmi.multibody.declaration import inputs_of
 from m4e_fmi.multibody.recording import add_outputs
 from m4e_fmi.multibody.symbolic.printing import (
-    Language,
-    equations_code,
     equations_text,
     notebook_latex,
 )
@@ -215,15 +213,9 @@ class Equations:
             ]
         )
 
-    def text(
-        self, *, latex: bool = False, reactions: bool = False, explicit: bool | None = None
-    ) -> str:
+    def text(self, *, latex: bool = False, reactions: bool = False) -> str:
         """The equations as a page of text, or of LaTeX: see `printing.equations_text`."""
-        return equations_text(self, latex=latex, reactions=reactions, explicit=explicit)
-
-    def code(self, language: Language = "python") -> str:
-        """M and f as source of a function in Python or C: see `printing.equations_code`."""
-        return equations_code(self, language)
+        return equations_text(self, latex=latex, reactions=reactions)
 
     def _repr_latex_(self) -> str | None:
         return notebook_latex(self)

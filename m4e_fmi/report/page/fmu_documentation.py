@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from m4e_fmi.fmu import Options, described, shown
-from m4e_fmi.fmu.export.arrays import grouped
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.program import Program
@@ -38,7 +37,6 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     description = described(visible, options)
     page = fmu_page(
         description,
-        grouped(description, options.fmi),
         options,
         drawing=_svg(model_figure(model, program=program)),
         equations=Equations(model),
@@ -61,11 +59,9 @@ def whole_documentation(
     """
     visible = shown(program, options)
     description = described(visible, options)
-    variables = grouped(description, options.fmi)
     parts = {part.name: part.program for part in program.parts}
     page = whole_page(
         description,
-        variables,
         options,
         components=[
             (name, made_from, parts[name].description if name in parts else LEFT_OPEN)

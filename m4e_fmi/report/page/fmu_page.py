@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import m4e_fmi
-from m4e_fmi.fmu import ModelDescription
-from m4e_fmi.fmu.export.arrays import Grouped
+from m4e_fmi.fmu import FmuVariable, ModelDescription
 from m4e_fmi.fmu.export.description import Options
 from m4e_fmi.fmu.export.model_description import QUANTITIES, display_factor
 from m4e_fmi.multibody import Equations
@@ -19,20 +18,18 @@ CAUSALITIES = {
     "output": "Outputs",
     "parameter": "Parameters",
     "calculatedParameter": "Calculated parameters",
-    "independent": "Time",
     "local": "Others",
 }
 
 
 def fmu_page(
     description: ModelDescription,
-    variables: Sequence[Grouped],
     options: Options,
     *,
     drawing: str,
     equations: Equations,
 ) -> str:
-    """The page of a model: facts, the `drawing` (SVG), connectors, `variables`, equations."""
+    """The page of a model: facts, the `drawing` (SVG), connectors, variables, equations."""
     axes = "X to the right, Z up, " + (
         "angles from Z towards X"
         if equations.topology.is_planar
@@ -42,9 +39,9 @@ def fmu_page(
         _facts(description, options, f"SI units, angles in radians; {axes}"),
         f'<figure class="card">{drawing}</figure>',
         "<h2>How to connect it</h2>",
-        _connectors(variables),
+        _connectors(description.variables),
         "<h2>Variables</h2>",
-        *_variables(variables),
+        *_variables(description.variables),
         "<h2>Equations of motion</h2>",
         _equations(equations),
     ]
@@ -53,13 +50,12 @@ def fmu_page(
 
 def whole_page(
     description: ModelDescription,
-    variables: Sequence[Grouped],
     options: Options,
     *,
     components: Sequence[Sequence[str]],
     connections: Sequence[str],
 ) -> str:
-    """The page of a whole system: facts, components, connections, connectors, `variables`.
+    """The page of a whole system: facts, components, connections, connectors, variables.
 
     `components` are rows of a name, what it is made from, a description.
     """
@@ -72,9 +68,9 @@ def whole_page(
         "<h2>Connections</h2>",
         table("", ("Connection",), lines) if lines else "<p>There are none.</p>",
         "<h2>How to connect it</h2>",
-        _connectors(variables),
+        _connectors(description.variables),
         "<h2>Variables</h2>",
-        *_variables(variables),
+        *_variables(description.variables),
     ]
     return _page(description, sections)
 
@@ -109,14 +105,14 @@ def _facts(description: ModelDescription, options: Options, values: str) -> str:
     return f'<dl class="card">{listed}{more}</dl><br>'
 
 
-def _connectors(variables: Iterable[Grouped]) -> str:
+def _connectors(variables: Iterable[FmuVariable]) -> str:
     """Groups of variables that have inputs, with what belongs to them."""
     groups: dict[str, dict[str, list[str]]] = {}
     for v in variables:
         group, _, member = v.name.rpartition(".")
-        if v.first.causality in ("input", "output") and group:
+        if v.causality in ("input", "output") and group:
             parts = groups.setdefault(group, {"input": [], "output": []})
-            parts[v.first.causality].append(member)
+            parts[v.causality].append(member)
     rows = [
         (group, ", ".join(parts["input"]), ", ".join(parts["output"]))
         for group, parts in groups.items()
@@ -131,9 +127,9 @@ def _connectors(variables: Iterable[Grouped]) -> str:
     return f"<p>{text}</p>" + table("", ("Connector", "In", "Out"), rows, texts=3)
 
 
-def _variables(variables: Sequence[Grouped]) -> Iterable[str]:
+def _variables(variables: Sequence[FmuVariable]) -> Iterable[str]:
     for causality, title in CAUSALITIES.items():
-        chosen = [v for v in variables if v.first.causality == causality]
+        chosen = [v for v in variables if v.causality == causality]
         if not chosen:
             continue
         heads = ("Name", "Description", "Unit", "Limits", "Start")
@@ -145,31 +141,20 @@ def _variables(variables: Sequence[Grouped]) -> Iterable[str]:
             yield f"<h3>{title}</h3>{body}"
 
 
-def _row(variable: Grouped) -> tuple[str, ...]:
-    v = variable.first
+def _row(v: FmuVariable) -> tuple[str, ...]:
     shown = v.display_unit or (QUANTITIES[v.unit].shown if v.unit in QUANTITIES else None)
     start = ""
     if isinstance(v.start, float | int):
-        start = _starts(variable)
+        start = f"{v.start:.6g}"
         if v.display_unit:
-            factor = display_factor(v.unit, v.display_unit)
-            start += f"\n{_starts(variable, factor)} {v.display_unit}"
+            start += f"\n{v.start * display_factor(v.unit, v.display_unit):.6g} {v.display_unit}"
     limits = [f"≥ {v.minimum:g}"] if v.minimum > float("-inf") else []
     limits += [f"≤ {v.maximum:g}"] if v.maximum < float("inf") else []
     limits += ["tunable"] if v.causality == "parameter" and v.variability == "tunable" else []
-    unit = variable.unit or ""
+    unit = v.unit
     if unit and shown:
         unit += f" ({shown})"
-    size = str(list(variable.shape)) if variable.shape else ""
-    return f"{variable.name}{size}", variable.description, unit, ", ".join(limits), start
-
-
-def _starts(variable: Grouped, factor: float = 1.0) -> str:
-    """Start values, times `factor`: a matrix row by row."""
-    texts = [f"{float(m.start or 0) * factor:.6g}" for m in variable.members]
-    width = variable.shape[-1] if variable.shape else 1
-    rows = [texts[k : k + width] for k in range(0, len(texts), width)]
-    return "\n".join(map(", ".join, rows))
+    return v.name, v.description, unit, ", ".join(limits), start
 
 
 def _equations(equations: Equations) -> str:
@@ -179,4 +164,4 @@ def _equations(equations: Equations) -> str:
             f"<p>{count} coordinates: too long for a page. "
             "<code>m4e-fmi equations</code> writes them.</p>"
         )
-    return folded("M(q) du/dt = f(t, q, u), without inputs", equations.text(explicit=False))
+    return folded("M(q) du/dt = f(t, q, u), without inputs", equations.text())

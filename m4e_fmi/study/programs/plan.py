@@ -23,7 +23,6 @@ from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.multibody.diagnosis import diagnosis
 from m4e_fmi.program import Program, kinks
 from m4e_fmi.runtime.engine import Control, Run, ensemble
-from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import output_times
@@ -218,8 +217,6 @@ def _column(run: Run, outputs: Sequence[str], places: Mapping[str, int], name: s
 def single_because(group: RunGroup, wanted: Sequence[str]) -> str:
     """Why the runs of a group are made one by one; empty if an ensemble does."""
     program: Program = group.version.program
-    if library() is None:
-        return "the C library is missing"
     if group.settings.method not in ENSEMBLE_METHODS:
         return f"the method {group.settings.method} is none of {', '.join(ENSEMBLE_METHODS)}"
     if program.loops:

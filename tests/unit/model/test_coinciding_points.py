@@ -30,7 +30,7 @@ from m4e_fmi.simulate import simulate
 
 MASS = 2.0
 ENDS = ("wall", "hook")
-METHODS = ("dop853", "rk45", "rodas", "python")
+METHODS = ("dop853", "rk45", "rodas")
 
 
 def sliding(**loads: Load) -> Model:

@@ -53,7 +53,7 @@ def test_works_of_loads_and_inputs_as_written_down_by_hand() -> None:
     assert result.variables["load.drag.work"].unit == "J"
 
 
-@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python"])
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas"])
 def test_works_allow_the_motion_no_larger_error(method: str) -> None:
     """Many works that hardly change beside a motion that does: the steps stay as short."""
     slow = {f"rub{k}": JointEffort("rail", "-1e-9*joint.rail.u") for k in range(40)}
@@ -69,7 +69,7 @@ def test_works_allow_the_motion_no_larger_error(method: str) -> None:
     assert beside.evaluations > 0.9 * alone.evaluations
 
 
-@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python"])
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas"])
 def test_the_balance_closes_at_kinks_that_the_motion_does_not_have(method: str) -> None:
     """At the end of a damped contact the force is zero on both sides; the power is not."""
     stop = JointStop("rail", 1e4, lower=0.0, damping=20.0)

@@ -9,7 +9,7 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.program import AnyScalar, Connection, Program, Recorder, Variable, compose
 from m4e_fmi.simulate import simulate
 
-METHODS = ("dop853", "rk45", "rodas", "rk4", "python")
+METHODS = ("dop853", "rk45", "rodas", "rk4")
 
 
 def looped(*, of_time: bool = False, driven: bool = True) -> Program:

@@ -1,7 +1,6 @@
 """Slave of a program: integrates its states, computes its outputs.
 
-The C runtime does it where its library, which is packed, can be loaded, with the bits of a native
-FMU; plain Python elsewhere, with another integrator unless the method is rk4. Inputs are held
+The C runtime does it, whose library is packed, with the bits of a native FMU. Inputs are held
 during a step. The local error per step is bounded by the importer's tolerance, or by the one that
 `layout.json` gives; rk4 takes fixed steps.
 """
@@ -11,14 +10,12 @@ from __future__ import annotations
 import json
 import sys
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from ctypes import CDLL, Array, byref, c_double, c_int32, c_uint32, create_string_buffer
 from math import inf, isfinite
 from pathlib import Path
 
-from . import model  # type: ignore[attr-defined]  # the program's Python form, packed beside this
-from .declarations import METHODS, OptionsStruct, ReportStruct, load, snapshot_size  # type: ignore[import]  # packed too
-from .integrators import DormandPrince, RungeKutta  # type: ignore[import]
+from .declarations import METHODS, OptionsStruct, ReportStruct, load, snapshot_size  # type: ignore[import]  # packed beside this
 from .slave_base import M4eSlave, Saved
 
 LAYOUT, LIBRARY, PROGRAM = "layout.json", f"runtime.{sys.platform}", "model.m4e"
@@ -37,11 +34,7 @@ class ProgramSlave(M4eSlave):
         self._fixed = set(layout["parameters"])
         self._known = False  # what is calculated from parameters, to the engine and here
         self._held = False  # nothing was set since the last step
-        self._engine: RuntimeEngine | PythonEngine
-        try:
-            self._engine = RuntimeEngine(self.resources, layout, self._names)
-        except OSError:
-            self._engine = PythonEngine(layout)
+        self._engine = Engine(self.resources, layout, self._names)
 
     @property
     def _tolerance(self) -> float:
@@ -94,7 +87,7 @@ def _doubles(values: list[float]) -> Array[c_double]:
     return (c_double * len(values))(*values)
 
 
-class RuntimeEngine:
+class Engine:
     """The program run by the C runtime's library in `folder`; OSError where it cannot be loaded.
 
     `layout` is that of `ProgramSlave`, `names` are the variables', for messages.
@@ -210,57 +203,3 @@ class RuntimeEngine:
 def _free(lib: CDLL, program: int, model: int) -> None:
     lib.m4e_model_free(model)
     lib.m4e_program_free(program)
-
-
-class PythonEngine:
-    """The program run by plain Python; the size of steps is kept between calls of `advance`.
-
-    With the method rk4 steps are fixed; all other methods are replaced by Dormand and Prince's.
-    """
-
-    def __init__(self, layout: Saved) -> None:
-        self._p: list[float] = []
-        self._c: list[float] = []
-        self._u: list[float] = []
-        if layout["method"] == "rk4":
-            self._integrator = RungeKutta(self._rates, step=layout["step_size"], tolerance=1.0)
-        else:
-            self._integrator = DormandPrince(self._rates)
-
-    def set_parameters(self, p: list[float]) -> list[float]:
-        """Calculated parameters, after parameters have been set to `p`."""
-        self._p = p
-        self._c = model.constants(p)
-        return model.calculated(p, self._c)
-
-    def set_inputs(self, u: list[float]) -> None:
-        """Set the inputs, which are held during a step."""
-        self._u = u
-
-    def _rates(self, t: float, x: Sequence[float]) -> list[float]:
-        return model.rates(t, x, self._u, self._p, self._c)
-
-    def outputs(self, t: float, x: list[float]) -> list[float]:
-        """Outputs at t [s] and the states x."""
-        return model.outputs(t, x, self._u, self._p, self._c)
-
-    def advance(
-        self,
-        t: float,
-        x: list[float],
-        t_end: float,
-        *,
-        held: bool,  # noqa: ARG002  every call starts anew
-        tolerance: float,
-    ) -> list[float]:
-        """The states at t_end [s] from the states x at t, to a relative `tolerance`."""
-        self._integrator.tolerance = tolerance
-        return self._integrator.advance(t, x, t_end)
-
-    def save(self) -> list[float]:
-        """Step size that `advance` goes on from, besides states, inputs and parameters."""
-        return [self._integrator.step]
-
-    def restore(self, saved: list[float], tolerance: float) -> None:  # noqa: ARG002
-        """Take back what `save` returned."""
-        [self._integrator.step] = saved

@@ -18,9 +18,8 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.elements import locate
-from m4e_fmi.fmu.importer.messages import WARNING, Status
+from m4e_fmi.fmu.importer.messages import Status
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.runtime.library import library
 
@@ -42,18 +41,13 @@ def restored(status: Status) -> Status:
 
     Python goes on in the same thread: with values at the start, and after the last call.
     """
-    if found := library():
-        found.m4e_restore_environment()
+    library().m4e_restore_environment()
     return status
 
 
 def runtime_function(name: str) -> int:
-    """The address of a function of the C library; RunError where there is no such library."""
-    found = library()
-    if found is None:
-        message = "values of FMUs are set and read by the C library, which is missing"
-        raise RunError(message, "`m4e-fmi doctor` tells why there is none")
-    return address_of(getattr(found, name))
+    """The address of a function of the C library."""
+    return address_of(getattr(library(), name))
 
 
 def address_of(function: Any) -> int:
@@ -280,10 +274,7 @@ class Texts:
 
     def __init__(self) -> None:
         self._raw = _RawTexts()
-        found = library()
-        if found is None:
-            return  # nothing that has texts can be called without it
-        self._library = found  # pyrefly: ignore[possibly-uninitialized-attribute]
+        self._library = found = library()
         found.m4e_text_place.argtypes = ctypes.POINTER(_RawTexts), c_char_p
         found.m4e_text_place.restype = c_int64
         found.m4e_text_at.argtypes = ctypes.POINTER(_RawTexts), c_int64
@@ -337,8 +328,7 @@ class Access:
 
     They are read into consecutive cells; `taken` defines the cells for setting them, without it
     Reals are set from consecutive cells of float64. If a cell changes in reading, `changed`
-    (float64, one element) becomes 0. `component` is the record of an `instance` of FMI 3.0,
-    `ready` is called before values are read.
+    (float64, one element) becomes 0. `component` is the record of an `instance` of FMI 3.0.
     """
 
     def __init__(
@@ -349,13 +339,12 @@ class Access:
         *,
         instance: int | None,
         component: RawComponent | None,
-        ready: Callable[[], Status],
         taken: Sequence[Taken],
         changed: np.ndarray | None,
     ) -> None:
         self.names = tuple(names)
         self.taken = tuple(taken)
-        self._ready, self._parts, self._holds = ready, parts, (texts, changed, component)
+        self._parts, self._holds = parts, (texts, changed, component)
         functions = ("m4e_get_typed", "m4e_set_typed")
         self._get, self._set = (guarded(_MOVE, runtime_function(name)) for name in functions)
         self._raw_parts = (_RawPart * len(parts))(*(part.raw for part in parts))
@@ -389,8 +378,7 @@ class Access:
 
     def get(self, cells: np.ndarray) -> Status:
         """Read all into `cells` (n_cells,), int64, in the variables' units."""
-        status = self._ready()
-        return status if status > WARNING else self._get(self.address, cells.ctypes.data)
+        return self._get(self.address, cells.ctypes.data)
 
     def set(self, cells: np.ndarray) -> Status:
         """Set all from `cells` (n_cells,), int64, in the variables' units.

@@ -52,7 +52,7 @@ PASSED = (
     *("DYLD_LIBRARY_PATH", "VIRTUAL_ENV", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"),
 )
 """Variables of the environment that workers get."""
-ENDS = ("Terminate", "FreeInstance", "FreeSlaveInstance", "unloading")
+ENDS = ("Terminate", "FreeInstance", "unloading")
 """How the names of calls begin, without prefix, that have the limit for the end."""
 
 
@@ -89,12 +89,9 @@ class Channel(ctypes.Structure):
 
 
 @functools.cache
-def remote_library() -> ctypes.CDLL | None:
-    """The runtime, loaded for its functions of remote.h; None where there is no runtime."""
-    path = library_path()
-    if path is None:
-        return None
-    found = ctypes.CDLL(str(path))
+def remote_library() -> ctypes.CDLL:
+    """The runtime, loaded for its functions of remote.h."""
+    found = ctypes.CDLL(str(library_path()))
     for name, result, *arguments in (
         ("new", c_void_p, c_void_p),
         ("free", None, c_void_p),
@@ -115,9 +112,7 @@ def remote_library() -> ctypes.CDLL | None:
 @functools.cache
 def function_names() -> tuple[str, ...]:
     """Names of the functions of FMI that can be called in workers, by their numbers."""
-    found = remote_library()
-    assert found is not None
-    return tuple(found.m4e_remote_names().decode("ascii").split())
+    return tuple(remote_library().m4e_remote_names().decode("ascii").split())
 
 
 class Worker:
@@ -134,7 +129,6 @@ class Worker:
 
     def __init__(self, name: str, host: Host, folder: Path, **request: object) -> None:
         runtime = remote_library()
-        assert runtime is not None
         self.name, self.host, self.ending, self._refusal = name, host, "", ""
         self.notice: Callable[[str], None] = lambda _: None
         self.runtime = runtime

@@ -43,13 +43,12 @@ def test_the_shell_compiles_without_a_warning_and_exports_fmi_only(tmp_path: Pat
 def test_random_calls_under_sanitizers(
     tmp_path: Path, fmi: str, source: str, program: Program
 ) -> None:
-    files, guid = written(program, fmi, tmp_path)
+    _, guid = written(program, fmi, tmp_path)
     fuzzer = sanitized(tmp_path / "fuzzer", [FUZZERS / source, *shell_sources()])
     program = with_rates(program)
     groups = ("parameters", "calculated", "inputs", "states", "outputs")
     variables = sum(len(getattr(program, group)) for group in groups)
-    if fmi == "3":
-        variables = len(files["resources/variables.txt"].splitlines())
+    variables += fmi == "3"  # time
     resources = tmp_path / "resources"
     place = resources.as_uri() if fmi == "2" else f"{resources}/"
     words = ["50000", "1", place, guid, str(variables), str(len(program.states))]
@@ -67,4 +66,4 @@ def test_damaged_resources_under_sanitizers(tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr
     cases, instances = (int(word) for word in run.stdout.split() if word.isdigit())
     assert cases == 1000
-    assert cases / 3 <= instances < cases
+    assert cases / 5 <= instances < cases

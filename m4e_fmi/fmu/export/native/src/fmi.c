@@ -221,7 +221,7 @@ static instance *made(uint32_t type, text name, text token, text resources, void
     return instance_new(&(request){.name = name,
                                    .token = token,
                                    .resources = resources,
-                                   .layout = "variables.txt",
+                                   .time_first = 1,
                                    .type = type,
                                    .environment = environment,
                                    .log = log_3,
@@ -257,7 +257,7 @@ fmi3InstantiateCoSimulation(text name, text token, text resources, bool visible,
     if (!c) return NULL;
     c->told = TOLD_ALL;
     bool sound = !events && (count == 0 || intermediate);
-    for (size_t i = 0; sound && i < count; ++i) sound = intermediate[i] < c->layout.variables;
+    for (size_t i = 0; sound && i < count; ++i) sound = intermediate[i] < reference_count(c);
     if (!sound) {
         tell(c, FMI_ERROR, "%s: %s", __func__,
              events ? "there is no event mode" : "an intermediate variable is none");
@@ -316,25 +316,17 @@ FUNCTION(fmi3GetOutputDerivatives, STEP | INTERMEDIATE | TERMINATED,
          (void *self, references r, size_t count, const int32_t orders[], double values[],
           size_t room),
          return output_derivatives(c, r, count, orders, values, room);)
+#define NO_DEPENDENCIES                                                                            \
+    return tell(c, FMI_ERROR, "%s: they are in the model description", c->function);
 FUNCTION(fmi3GetNumberOfVariableDependencies, ALWAYS,
-         (void *self, uint32_t reference, size_t *count),
-         NEEDS_ANSWERS(count);
-         return count_dependencies(c, reference, count);)
-
-FMI(answer)
-fmi3GetVariableDependencies(void *self, uint32_t dependent, size_t elements[], uint32_t known[],
-                            size_t known_elements[], int kinds[], size_t count) {
-    ENTER(ALWAYS);
-    NEEDS_ANSWERS((elements && known && known_elements && kinds) || count == 0);
-    const dependency *d = dependencies_of(c, dependent, count);
-    for (size_t i = 0; d && i < count; ++i) {
-        elements[i] = d[i].element;
-        known[i] = d[i].known;
-        known_elements[i] = d[i].known_element;
-        kinds[i] = (int)d[i].kind;
-    }
-    return d ? FMI_OK : FMI_ERROR;
-}
+         (void *self, uint32_t reference, size_t *count), (void)reference, (void)count;
+         NO_DEPENDENCIES)
+FUNCTION(fmi3GetVariableDependencies, ALWAYS,
+         (void *self, uint32_t dependent, size_t elements[], uint32_t known[],
+          size_t known_elements[], int kinds[], size_t count),
+         (void)dependent, (void)elements, (void)known, (void)known_elements, (void)kinds,
+         (void)count;
+         NO_DEPENDENCIES)
 
 FUNCTION(fmi3EvaluateDiscreteStates, EVENT, (void *self), return FMI_OK;)
 FUNCTION(fmi3UpdateDiscreteStates, EVENT,

@@ -219,8 +219,7 @@ void instance_free(instance *c) {
     m4e_program_free(c->tangent_program);
     m4e_program_free(c->program);
     void *parts[] = {c->values,       c->before,        c->rates,        c->y,
-                     c->direction,    c->changes,       c->layout.start, c->layout.scalar,
-                     c->layout.state, c->dependencies,  c->listed[0],    c->listed[1],
+                     c->direction,    c->changes,       c->listed[0], c->listed[1],
                      c->name,         c->resources};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(c);
@@ -237,7 +236,6 @@ static int build(instance *c, const request *wanted) {
     c->program = read_program(c, "model.m4e");
     if (!c->program) return 0;
     m4e_program_counts(c->program, &c->n);
-    if (!read_layout(c, wanted->layout)) return 0;
     if (make_room(c)) return 1;
     tell(c, FMI_ERROR, "no memory for an instance");
     return 0;
@@ -253,6 +251,7 @@ instance *instance_new(const request *wanted) {
     c->name = copied(wanted->name ? wanted->name : "");
     c->resources = copied(wanted->resources ? wanted->resources : "");
     c->now.type = wanted->type;
+    c->time_first = wanted->time_first;
     if (c->name && c->resources && build(c, wanted)) {
         to_start(c);
         return c;

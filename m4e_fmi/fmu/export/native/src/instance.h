@@ -35,15 +35,6 @@ typedef struct {
     double tolerance;
 } status;
 
-/* Scalars are numbered as in the binary form: parameters, inputs, states, outputs, calculated
-   parameters; after them, time. The scalars of value reference r are scalar[start[r]], ... up to
-   start[r + 1]; in FMI 2.0 every reference is of one scalar. state[k] is the place in x of
-   continuous state k, in the importer's order. The String has the reference `text`. */
-typedef struct {
-    uint32_t variables, text;
-    uint32_t *start, *scalar, *state;
-} layout;
-
 typedef struct instance instance;
 /* Tells the importer a message, in the way of its version of FMI. */
 typedef void logging(const instance *c, answer how, const char *category, const char *message);
@@ -58,9 +49,8 @@ struct instance {
     double *rates;
     double *y; /* outputs and calculated parameters, valid unless `stale` */
     int stale, stale_parameters, stale_inputs;
-    layout layout;
-    struct dependencies *dependencies; /* read when they are asked for */
-    uint32_t *listed[2];               /* scalars */
+    uint32_t time_first; /* 1: value reference 0 is time, and all others follow it (FMI 3.0) */
+    uint32_t *listed[2]; /* scalars */
     size_t room[2];
 
     m4e_program *program, *tangent_program;
@@ -89,8 +79,7 @@ struct instance {
 /* What an importer says when it wants an instance. */
 typedef struct {
     const char *name, *token, *resources;
-    const char *layout; /* file in resources; NULL: every scalar is a variable */
-    uint32_t type;
+    uint32_t type, time_first;
     void *environment;
     logging *log;
     callback *logger;
@@ -121,12 +110,11 @@ uint32_t scalars(const instance *c); /* without time, whose number it is */
 uint32_t first_input(const instance *c), first_state(const instance *c),
     first_output(const instance *c), first_calculated(const instance *c);
 
-/* Whether a text is of decimal digits, spaces and ends of lines only; counts lines and numbers. */
-int count_numbers(const char *text, size_t *lines, size_t *numbers);
 /* Content of a file in resources and a zero byte; NULL and a message. */
 uint8_t *read_resource(instance *c, const char *file, size_t *size);
-/* Fills c->layout from a file, or without one; 0 and a message. */
-int read_layout(instance *c, const char *file);
+/* Scalars are numbered as in the binary form: parameters, inputs, states, outputs, calculated
+   parameters; after them, time. Number of the value references of scalars; that of the String. */
+uint32_t reference_count(const instance *c), text_reference(const instance *c);
 /* The scalars of value references, which must be `numbers`; NULL and a message if they are not.
    There are two lists, 0 and 1, each good until the next call for it. */
 const uint32_t *scalars_of(instance *c, const uint32_t references[], size_t count, size_t numbers,
@@ -146,7 +134,7 @@ int have_tangent(instance *c);
 int have_integrator(instance *c);
 answer not_finite(instance *c, uint32_t scalar, double value);
 
-/* variables.c: `room` and `given` count values, of which an array has several */
+/* variables.c: `room` and `given` count values */
 answer get_values(instance *c, const uint32_t references[], size_t count, double values[],
                   size_t room);
 answer set_values(instance *c, const uint32_t references[], size_t count, const double values[],
@@ -168,15 +156,6 @@ answer adjoint_derivative(instance *c, const uint32_t unknown[], size_t unknowns
                           size_t seeds, double result[], size_t results);
 answer output_derivatives(instance *c, const uint32_t references[], size_t count,
                           const int32_t order[], double values[], size_t room);
-
-/* dependencies.c: how an element of a variable depends on an element of a known one. Elements count
-   from 1, kinds are those of fmi3DependencyKind. */
-typedef struct {
-    uint32_t variable, element, known, known_element, kind;
-} dependency;
-answer count_dependencies(instance *c, uint32_t reference, size_t *count);
-/* The `count` dependencies of a variable, NULL and a message if they are not so many. */
-const dependency *dependencies_of(instance *c, uint32_t reference, size_t count);
 
 /* step.c */
 answer set_input_derivatives(instance *c, const uint32_t references[], size_t count,

@@ -77,7 +77,7 @@ answer get_text(instance *c, const uint32_t references[], size_t count, const ch
     CHECK(room == count, "%s: room for %zu values is given, but they are %zu", c->function, room,
           count);
     for (size_t i = 0; i < count; ++i) {
-        CHECK(references[i] == c->layout.text, "there is no String with value reference %u",
+        CHECK(references[i] == text_reference(c), "there is no String with value reference %u",
               references[i]);
         values[i] = c->last_error;
     }
@@ -98,15 +98,15 @@ answer set_time(instance *c, double t) {
 answer set_states(instance *c, const double x[], size_t count) {
     CHECK_STATES(x, count);
     for (size_t k = 0; k < count; ++k)
-        if (!isfinite(x[k])) return not_finite(c, first_state(c) + c->layout.state[k], x[k]);
-    for (size_t k = 0; k < count; ++k) c->x[c->layout.state[k]] = x[k];
+        if (!isfinite(x[k])) return not_finite(c, first_state(c) + (uint32_t)k, x[k]);
+    for (size_t k = 0; k < count; ++k) c->x[k] = x[k];
     c->stale = 1;
     return FMI_OK;
 }
 
 answer get_states(instance *c, double x[], size_t count) {
     CHECK_STATES(x, count);
-    for (size_t k = 0; k < count; ++k) x[k] = c->x[c->layout.state[k]];
+    for (size_t k = 0; k < count; ++k) x[k] = c->x[k];
     return FMI_OK;
 }
 
@@ -115,11 +115,10 @@ answer get_rates(instance *c, double rates[], size_t count) {
     prepare(c);
     m4e_rates(c->model, c->now.t, c->x, c->rates);
     for (size_t k = 0; k < count; ++k) {
-        const uint32_t state = c->layout.state[k];
-        rates[k] = c->rates[state];
+        rates[k] = c->rates[k];
         if (!isfinite(rates[k]))
             return tell(c, FMI_DISCARD, "the rate of %s is %g at t = %.9g s",
-                        name_of(c, first_state(c) + state), rates[k], c->now.t);
+                        name_of(c, first_state(c) + (uint32_t)k), rates[k], c->now.t);
     }
     return FMI_OK;
 }
@@ -127,6 +126,6 @@ answer get_rates(instance *c, double rates[], size_t count) {
 answer get_nominals(instance *c, double nominals[], size_t count) {
     CHECK_STATES(nominals, count);
     for (size_t k = 0; k < count; ++k)
-        nominals[k] = limits_of(c, first_state(c) + c->layout.state[k])->nominal;
+        nominals[k] = limits_of(c, first_state(c) + (uint32_t)k)->nominal;
     return FMI_OK;
 }
