@@ -14,6 +14,7 @@ from support.packages import (
     connection,
     description,
     package,
+    parameter_mapping,
     parameter_set,
 )
 from support.small_systems import Fmus, watched
@@ -65,17 +66,47 @@ def values(path: Path, length: float = 1.0) -> list[float]:
     tolerance="3e-4 m",
 )
 def test_parameters_in_a_file(c_fmu: Fmus, tmp_path: Path) -> None:
-    # a length in mm, with a unit of the set's own
+    given = {"a.body.m.x": 'Real value="1"', "a.stiffness": 'Real value="1"'}
+    files = {
+        "resources/a.fmu": c_fmu("mass+state"),
+        "resources/b.fmu": c_fmu("partner+state"),
+        "resources/set.ssv": parameter_set(given),
+    }
+    ssd = two_mass(binding(attributes='source="resources/set.ssv"'))
+    found = values(package(tmp_path / "pair.ssp", ssd, files))
+    assert found == pytest.approx(MOTION, abs=3e-4)
+
+
+@pytest.mark.verifies(
+    "SSP package of the two-mass oscillator, SSV mapped by SSM",
+    analytic="exact solution",
+    tolerance="3e-4 m",
+)
+def test_parameters_by_a_mapping(c_fmu: Fmus, tmp_path: Path) -> None:
+    # lengths in mm with a unit of the set's own; a spring given by half its stiffness
     units = """<ssd:Units><ssc:Unit name="Milli-Meter"><ssc:BaseUnit m="1" factor="0.001"/>
                </ssc:Unit></ssd:Units>"""
-    length = 'Real value="1000" unit="Milli-Meter"'
-    given = {"a.body.m.x": length, "a.stiffness": 'Real value="1"'}
+    given = {
+        "pull": 'Real value="1000" unit="Milli-Meter"',
+        "half": 'Real value="0.5"',
+        "less": 'Real value="3"',
+    }
+    double = '<ssc:LinearTransformation factor="2"/>'
+    minus = '<ssc:LinearTransformation factor="1" offset="-2"/>'
+    mapping = {
+        "a.body.m.x": "pull",
+        "a.stiffness": ("half", double),
+        "b.stiffness": ("half", double),
+        "b.coupling": ("less", minus),
+    }
     files = {
         "resources/a.fmu": c_fmu("mass+state"),
         "resources/b.fmu": c_fmu("partner+state"),
         "resources/set.ssv": parameter_set(given, units),
+        "resources/set.ssm": parameter_mapping(mapping),
     }
-    ssd = two_mass(binding(attributes='source="resources/set.ssv"'))
+    inside = '<ssd:ParameterMapping source="resources/set.ssm"/>'
+    ssd = two_mass(binding(inside, 'source="resources/set.ssv"'))
     found = values(package(tmp_path / "pair.ssp", ssd, files))
     assert found == pytest.approx(MOTION, abs=3e-4)
 

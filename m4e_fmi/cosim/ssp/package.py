@@ -34,14 +34,17 @@ _ROOT = "http://ssp-standard.org/SSP1/SystemStructure"
 SSC = f"{{{_ROOT}Common}}"
 SSD = f"{{{_ROOT}Description}}"
 SSV = f"{{{_ROOT}ParameterValues}}"
+SSM = f"{{{_ROOT}ParameterMapping}}"
 SCHEMAS = {
     SSD: "SystemStructureDescription.xsd",
     SSV: "SystemStructureParameterValues.xsd",
+    SSM: "SystemStructureParameterMapping.xsd",
 }
 """Schema of each kind of file, among those that FMPy carries."""
 
 FMU_TYPES = ("application/x-fmu-sharedlibrary", "application/x-fmu")
 PARAMETER_SET_TYPE = "application/x-ssp-parameter-set"
+PARAMETER_MAPPING_TYPE = "application/x-ssp-parameter-mapping"
 
 OWN = "m4e_fmi"
 """Type of our annotations, whose content is JSON."""

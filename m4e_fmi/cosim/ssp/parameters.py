@@ -1,4 +1,4 @@
-"""Parameter sets (SSV) and their bindings: start values of the components.
+"""Parameter sets (SSV), their mappings (SSM) and bindings: start values of the components.
 
 A binding at a system wins over those further in, a later one over an earlier one at the same
 element. Names count from the element that has the binding; of a system they are its connectors', or
@@ -8,12 +8,15 @@ begin with the name of an element in it and a dot.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from m4e_fmi.cosim.ssp.elements import Node, Signal
 from m4e_fmi.cosim.ssp.package import (
+    PARAMETER_MAPPING_TYPE,
     PARAMETER_SET_TYPE,
     SSD,
+    SSM,
     SSV,
     Definition,
     Element,
@@ -26,9 +29,48 @@ from m4e_fmi.cosim.ssp.package import (
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_XML
+from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.units import Quantity
 
 Value = float | int | bool | str | Quantity
+
+
+@dataclass(frozen=True)
+class _Parameter:
+    """A named value; a Real with a unit is a Quantity, an item of an enumeration its name."""
+
+    name: str
+    value: Value
+    element: Element
+    transformation: Element | None = None
+    units_ignored: bool = False
+
+    def for_variable(self, variable: Variable) -> Value:
+        """The value that the variable takes; ValueError(message, remedy) if it has none."""
+        if self.transformation is None:
+            value = self.value
+            return value.value if self.units_ignored and isinstance(value, Quantity) else value
+        if not self.transformation.tag.endswith("LinearTransformation"):
+            message = f"parameter {self.name!r} is mapped by a table"
+            raise ValueError(message, "only linear transformations of numbers are read")
+        factor = float(self.transformation.get("factor", 1.0))
+        offset = float(self.transformation.get("offset", 0.0))
+        return factor * self._number(variable) + offset
+
+    def _number(self, variable: Variable) -> float:
+        """The value in the unit of the variable."""
+        value = self.value
+        if isinstance(value, Quantity):
+            if self.units_ignored or variable.dimension is None:
+                return value.value
+            try:
+                return value.in_unit(variable.dimension, variable.offset)
+            except ValueError as error:
+                raise ValueError(f"parameter {self.name!r}: {error}", "correct its unit") from None
+        if isinstance(value, str | bool):
+            remedy = "a linear transformation needs a Real or an Integer"
+            raise ValueError(f"parameter {self.name!r} is {value!r}", remedy)
+        return float(value)
 
 
 def read_parameter_set(path: str | Path) -> dict[str, Value]:
@@ -39,14 +81,11 @@ def read_parameter_set(path: str | Path) -> dict[str, Value]:
     except (OSError, TooLongError) as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
     root = parse(content, str(path), SSV)
-    return dict(_parameters(root, {}))
+    return {parameter.name: parameter.value for parameter in _parameters(root, {})}
 
 
-def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[tuple[str, Value]]:
-    """Names and values of a ParameterSet; InputError for one that cannot be read.
-
-    A Real with a unit is a Quantity, an item of an enumeration its name.
-    """
+def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[_Parameter]:
+    """The values of a ParameterSet; InputError for one that cannot be read."""
     own = read_units(root)
     for element in root.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
         value = next(child for child in element if child.tag.startswith(SSV))
@@ -66,41 +105,61 @@ def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[tuple[s
                 problem = Problem(f"parameter {name!r}: {error}", remedy, file, line)
                 raise InputError([problem]) from None
             result = Quantity(float(given), unit.unit, unit.offset)
-        yield name, result
+        yield _Parameter(name, result, element)
 
 
 def bound_parameters(
     package: Package, node: Node, units: dict[str, Definition]
-) -> Iterator[tuple[str, Value]]:
+) -> Iterator[_Parameter]:
     """The values that the bindings of one element give, by names that count from there."""
     for binding in node.element.findall(f"{SSD}ParameterBindings/{SSD}ParameterBinding"):
-        mapping = binding.find(f"{SSD}ParameterMapping")
-        if mapping is not None:
-            remedy = "give the parameters of the set the names of what they are for"
-            package.reject(mapping, "a mapping of parameters (SSM) is not read", remedy)
+        root = _content(
+            package, binding, SSV, "ParameterSet", PARAMETER_SET_TYPE, "ParameterValues"
+        )
+        if root is None:
             continue
-        root = _content(package, binding)
+        mapping = binding.find(f"{SSD}ParameterMapping")
+        entries: dict[str, list[Element]] = {}
+        if mapping is not None:
+            table = _content(package, mapping, SSM, "ParameterMapping", PARAMETER_MAPPING_TYPE)
+            for entry in table.findall(f"{SSM}MappingEntry") if table is not None else ():
+                entries.setdefault(entry.get("source"), []).append(entry)
         prefix = binding.get("prefix", "")
-        for name, value in _parameters(root, units) if root is not None else ():
-            yield prefix + name, value
+        for parameter in _parameters(root, units):
+            name = prefix + parameter.name
+            mapped = entries.get(name)
+            if mapped is None:
+                yield replace(parameter, name=name)
+            for entry in mapped or ():
+                ways = [child for child in entry if child.tag.endswith("Transformation")]
+                yield replace(
+                    parameter,
+                    name=entry.get("target"),
+                    transformation=ways[0] if ways else None,
+                    units_ignored=entry.get("suppressUnitConversion", "false") in ("true", "1"),
+                )
 
 
-def _content(package: Package, binding: Element) -> Element | None:
-    """The root of the parameter set of a binding, from its own file or inside it."""
-    if binding.get("type", PARAMETER_SET_TYPE) != PARAMETER_SET_TYPE:
-        message = f"ParameterSet of type {binding.get('type')!r} is not read"
-        package.reject(binding, message, f"{PARAMETER_SET_TYPE} is")
-    elif binding.get("sourceBase", "SSD") != "SSD":
+def _content(
+    package: Package, element: Element, namespace: str, name: str, kind: str, inside: str = ""
+) -> Element | None:
+    """The root of a parameter set or mapping, from its own file or inside `element`."""
+    if element.get("type", kind) != kind:
+        message = f"{name} of type {element.get('type')!r} is not read"
+        package.reject(element, message, f"{kind} is")
+    elif element.get("sourceBase", "SSD") != "SSD":
         remedy = "put it into the package's folder resources"
-        package.reject(binding, "ParameterSet inside a component is not read", remedy)
-    elif binding.get("source"):
-        member = package.member(binding, binding.get("source"))
-        return package.xml(member, SSV) if member else None
+        package.reject(element, f"{name} inside a component is not read", remedy)
+    elif element.get("source"):
+        member = package.member(element, element.get("source"))
+        return package.xml(member, namespace) if member else None
     else:
-        root = binding.find(f"{SSD}ParameterValues/{SSV}ParameterSet")
-        if root is not None:
-            return checked(root, root.getroottree().docinfo.URL, SSV)
-        package.reject(binding, "a binding names no file and holds no ParameterSet")
+        outer = element.find(f"{SSD}{inside}") if inside else element
+        root = outer.find(f"{namespace}{name}") if outer is not None else None
+        if root is None:
+            package.reject(element, f"a binding names no file and holds no {name}")
+            return None
+        return checked(root, root.getroottree().docinfo.URL, namespace)
     return None
 
 

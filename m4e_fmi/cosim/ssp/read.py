@@ -234,15 +234,20 @@ def _start(
                 leads_to.setdefault(at, []).append(flow.end)
     start: dict[Path, dict[str, Value]] = {}
     for node in tree.nodes():
-        for given, value in bound_parameters(package, node, units):
-            found = targets(node, given, leads_to)
+        for parameter in bound_parameters(package, node, units):
+            found = targets(node, parameter.name, leads_to)
             found = [(p, n) for p, n in found or () if p in descriptions]
             known = [(p, n) for p, n in found if n in descriptions[p].variables]
             for path, name in known:
-                start.setdefault(path, {})[name] = value
+                try:
+                    value = parameter.for_variable(descriptions[path].variables[name])
+                except ValueError as error:
+                    package.reject(parameter.element, *error.args)
+                else:
+                    start.setdefault(path, {})[name] = value
             if not known:
                 where = ".".join(node.path) or "the system"
-                message = f"parameter {given!r} of {where} reaches no variable"
+                message = f"parameter {parameter.name!r} of {where} reaches no variable"
                 package.note(f"{message}: it is left out")
     return start
 

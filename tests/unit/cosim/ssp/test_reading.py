@@ -193,28 +193,38 @@ def test_bindings_further_out_and_later_ones_win(tmp_path: Path, stages: Files) 
     assert "parameter 'other' of a reaches no variable: it is left out" in system.notes
 
 
-def test_parameters_have_units(tmp_path: Path, c_fmu: Fmus) -> None:
+def test_mapped_and_converted_parameters(tmp_path: Path, c_fmu: Fmus) -> None:
     units = """<ssd:Units><ssc:Unit name="ft"><ssc:BaseUnit m="1" factor="0.3048"/></ssc:Unit>
                </ssd:Units>"""
-    given = {"body.m.x": 'Real value="10" unit="ft"', "body.m.vx": 'Real value="2"'}
+    given = {"length": 'Real value="10" unit="ft"', "state": 'Boolean value="true"'}
+    double = '<ssc:LinearTransformation factor="2" offset="1"/>'
+    mapping = parameter_mapping({"body.m.x": ("length", double), "body.m.vx": "speed"})
+    bare = parameter_mapping({"body.m.x": ("length", double)}).replace(
+        'target="body.m.x"', 'target="body.m.x" suppressUnitConversion="true"'
+    )
     files: Files = {
         "resources/m.fmu": c_fmu("mass"),
-        "resources/set.ssv": parameter_set(given, units),
-        "resources/set.ssm": parameter_mapping({"body.m.x": "body.m.vx"}),
+        "resources/set.ssv": parameter_set({**given, "speed": 'Real value="2"'}, units),
+        "resources/set.ssm": mapping,
+        "resources/bare.ssm": bare,
+        "resources/plain.ssm": parameter_mapping({"body.m.x": "length"}),
     }
 
-    def start(inside: str = "") -> dict:
-        bound = binding('source="resources/set.ssv"', inside)
-        bindings = f"<ssd:ParameterBindings>{bound}</ssd:ParameterBindings>"
+    def start(mapped: str) -> dict:
+        inside = f'<ssd:ParameterMapping source="resources/{mapped}"/>'
+        bindings = (
+            "<ssd:ParameterBindings>"
+            + binding('source="resources/set.ssv"', inside)
+            + "</ssd:ParameterBindings>"
+        )
         ssd = description(elements(component("m", "m.fmu", bindings=bindings)))
         return dict(read(tmp_path, ssd, files).components[0].start)
 
-    found = start()
-    quantity = found["body.m.x"]
+    assert start("set.ssm") == pytest.approx({"body.m.x": 2 * 3.048 + 1, "body.m.vx": 2.0})
+    assert start("bare.ssm") == {"body.m.x": 21.0}
+    quantity = start("plain.ssm")["body.m.x"]
     assert isinstance(quantity, Quantity)
-    assert (quantity.value, quantity.unit.factor, found["body.m.vx"]) == (10.0, 0.3048, 2.0)
-    with pytest.raises(InputError, match=r"a mapping of parameters \(SSM\) is not read"):
-        start('<ssd:ParameterMapping source="resources/set.ssm"/>')
+    assert (quantity.value, quantity.unit.factor) == (10.0, 0.3048)
 
 
 def test_a_connector_may_give_the_unit_that_its_fmu_does_not(tmp_path: Path, c_fmu: Fmus) -> None:
