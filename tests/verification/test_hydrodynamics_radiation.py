@@ -51,14 +51,14 @@ def test_the_fit_is_accurate_stable_and_passive(sphere: Coefficients) -> None:
     assert np.abs(difference).max() < FIT * np.abs(exact).max()
     of_damping = np.abs(np.real(difference)).max() / sphere.radiation_damping[used, 1, 1].max()
     of_mass = np.abs(np.imag(difference) / omega).max() / sphere.added_mass_inf[1, 1]
-    assert group.misfit.error == pytest.approx(max(of_damping, of_mass), rel=1e-6)
+    assert group.error == pytest.approx(max(of_damping, of_mass), rel=1e-6)
     fine = np.linspace(0.0, 40.0, 8001)
     real = np.real(group.transfer(fine)[:, 0, 0])
     assert real.min() >= -1e-3 * sphere.radiation_damping.max()
 
 
 def test_more_poles_fit_better(sphere: Coefficients) -> None:
-    errors = [fit_radiation(sphere, order=order).groups[0].misfit.error for order in (2, 4, 6)]
+    errors = [fit_radiation(sphere, order=order).groups[0].error for order in (2, 4, 6)]
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
 
 
@@ -80,7 +80,7 @@ def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
     }
     (group,) = fit_radiation(Coefficients(**given), order=2).groups
     assert isinstance(group, RadiationGroup)
-    assert group.misfit.error < 2 * MARGIN
+    assert group.error < 2 * MARGIN
     assert group.poles[0] == pytest.approx(-a + 1j * b, rel=1e-4)
     time = np.linspace(0, 10, 50)
     exact = c * np.exp(-a * time) * (np.cos(b * time) - a / b * np.sin(b * time))

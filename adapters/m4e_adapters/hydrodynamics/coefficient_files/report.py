@@ -14,11 +14,13 @@ from m4e_adapters.hydrodynamics.coefficient_files.from_file import read_for
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
 from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_fmi.analysis.hydrodynamic_data import FittedMemory, HydrodynamicData, Motion
 from m4e_fmi.errors import InputError
 
+Group = RadiationGroup | ConvolutionGroup
 TIMES, FREQUENCIES = 400, 400
 LONGEST = 60.0  # s of the memory that is shown
 DECAYED = 0.01  # of its largest value, to which the memory is shown
@@ -110,7 +112,7 @@ def hydrodynamic_data(
                 motions=group.motions,
                 poles=group.order,
                 states=group.order * len(group.motions),
-                error=group.misfit.error,
+                error=group.error,
                 damping_error=group.misfit.damping_error,
             )
             for group in fitted.groups
@@ -127,14 +129,16 @@ def _fitted(
 ) -> tuple[RadiationMemory, list[tuple[str, str, bool]]]:
     """The memory; where no fit is possible none, and that as a finding."""
     try:
-        return fit_radiation(c, order=config.radiation.order, progress=report), []
+        convolution = config.radiation.memory == "convolution"
+        order = config.radiation.order
+        return fit_radiation(c, order=order, convolution=convolution, progress=report), []
     except InputError as error:
         faults = [("memory", f"{p.message}: {p.remedy}", True) for p in error.problems]
         return RadiationMemory((), c.added_mass_inf), faults
 
 
 def _of_all(
-    fitted: RadiationMemory, count: int, values: Callable[[RadiationGroup], np.ndarray]
+    fitted: RadiationMemory, count: int, values: Callable[[Group], np.ndarray]
 ) -> np.ndarray:
     """The `values` (count, k, k) of each group in the place of its motions, (count, n, n)."""
     found = np.zeros((count, *fitted.added_mass_inf.shape), dtype=complex)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from m4e_adapters.hydrodynamics.config.numbers import (
     Depth,
@@ -15,7 +15,7 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Positive,
 )
 from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
-from m4e_fmi.files.document import Section
+from m4e_fmi.files.document import Section, rejected
 
 
 class Drift(Section):
@@ -121,14 +121,22 @@ class Frequencies(Section):
 
 
 class Radiation(Section):
-    """The radiation memory of each group of coupled motions: a passive state space with `order`
-    poles.
+    """The radiation memory of each group of coupled motions: a passive `state_space` (default) with
+    `order` poles, or the `convolution` with the memory that the damping has.
 
-    `auto` (default) takes the smallest of 4 to 16 that reaches the accuracy, and 20 where all of
-    these are poor.
+    `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy, and 20
+    where all of these are poor.
     """
 
     order: Order = None
+    memory: Literal["state_space", "convolution"] = "state_space"
+
+    @model_validator(mode="after")
+    def _of_its_memory(self) -> Radiation:
+        if self.memory == "convolution" and "order" in self.model_fields_set:
+            text = "'order' has no effect on a convolution"
+            raise rejected(text, "remove it, or memory: convolution")
+        return self
 
 
 class Loads(Section):

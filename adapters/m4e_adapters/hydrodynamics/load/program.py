@@ -75,7 +75,7 @@ def hydrodynamics_program(
     waves : in directions that `coefficients` are for; None: still water.
     drag : drag by body name; bodies left out start with none (it stays tunable).
     current : of the water, which drag is relative to.
-    radiation : order of the radiation memory; None: automatic.
+    radiation : kind and order of the radiation memory; None: a state space, automatic.
     heading : of the hulls, in space; None: 0.
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
@@ -121,8 +121,11 @@ def hydrodynamics_program(
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, heading)
     if memory is None and acting.radiation != "none":
-        order = (radiation or Radiation()).order
-        memory = fit_radiation(coefficients, order=order, progress=progress)
+        kind = radiation or Radiation()
+        convolution = kind.memory == "convolution"
+        memory = fit_radiation(
+            coefficients, order=kind.order, convolution=convolution, progress=progress
+        )
     parts: dict[str, Vector] = {}
     if memory is not None and acting.radiation != "none":
         parts["radiation"] = record_memory(recorder, memory.groups, coefficients, moved.velocity)

@@ -51,14 +51,12 @@ class Misfit:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RadiationGroup:
-    """Fitted retardation functions of some coupled motions, passive at all frequencies.
+class MemoryGroup:
+    """The memory of some coupled motions, and how well it agrees with the data.
 
     Attributes
     ----------
     motions : (m,) indices of the motions.
-    poles : (k,) [1/s], one of each conjugate pair (Im ≥ 0), Re < 0.
-    residues : (k, m, m) symmetric [force, motion], SI; K(s) = Σ r/(s − p) (+ conjugates).
     surplus : (m, m) [kg, kg.m, kg.m2] to be added to the table's A∞.
     inertia : (m,) [kg, kg.m2] |A∞| of the table.
     misfit : errors where the panels resolve the waves.
@@ -69,8 +67,6 @@ class RadiationGroup:
     """
 
     motions: tuple[int, ...]
-    poles: Complex
-    residues: Complex
     surplus: np.ndarray
     inertia: np.ndarray
     misfit: Misfit
@@ -80,9 +76,28 @@ class RadiationGroup:
     doubtful: tuple[float, ...] = ()
 
     @property
+    def error(self) -> float:
+        """The `misfit`'s largest error of B and A [1]."""
+        return self.misfit.error
+
+    @property
     def change(self) -> float:
         """Largest change of a motion's A∞ over its A∞ of the data [1]."""
         return float((np.abs(self.surplus.diagonal()) / np.maximum(self.inertia, 1e-300)).max())
+
+
+@dataclass(frozen=True, kw_only=True)
+class RadiationGroup(MemoryGroup):
+    """Fitted retardation functions of some motions, passive at all frequencies.
+
+    Attributes
+    ----------
+    poles : (k,) [1/s], one of each conjugate pair (Im ≥ 0), Re < 0.
+    residues : (k, m, m) symmetric [force, motion], SI; K(s) = Σ r/(s − p) (+ conjugates).
+    """
+
+    poles: Complex
+    residues: Complex
 
     @property
     def order(self) -> int:

@@ -16,6 +16,8 @@ frequencies that the panels do not resolve are left out altogether, and the tail
 causality; that is kept if it is better where the data are good.
 
 Where A(ω) is not what A∞ and B say it should be, A∞ is the one that fits best.
+
+A `convolution` takes the place of the fit on request: a reference that needs more states.
 """
 
 from __future__ import annotations
@@ -27,17 +29,18 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory import soundness
-from m4e_adapters.hydrodynamics.memory.group_fit import RadiationGroup, kept_group
+from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup, convolved_group
+from m4e_adapters.hydrodynamics.memory.group_fit import MemoryGroup, RadiationGroup, kept_group
 from m4e_adapters.hydrodynamics.memory.reach import Reach, check_counts
 from m4e_fmi.errors import InputError
 
 USELESS = 0.2  # error from which a fit is refused
 LARGE_CHANGE = 0.05  # of A∞ by the fit, over A∞, that is warned of
-REMEDY = (
-    "raise radiation.order or leave it out; use more panels where they are coarse for the highest "
-    "waves, or a lower frequencies.maximum; for bodies far apart, whose waves arrive late, raise "
-    "frequencies.count"
+COARSE = (
+    "use more panels where they are coarse for the highest waves, or a lower frequencies.maximum; "
+    "for bodies far apart, whose waves arrive late, raise frequencies.count"
 )
+REMEDY = f"raise radiation.order or leave it out; {COARSE}"
 NEGLIGIBLE = 1e-3  # coupling, relative to the geometric mean of the motions' own
 SILENT = 1e-6  # largest B over ω A∞ below which a motion has no memory
 FELT = 1e-4  # likewise, B over ω times the displaced water's inertia: a damping ratio below 5e-5
@@ -49,7 +52,7 @@ NEARLY = 0.95  # of a motion's memory limit: data up to there are complete
 class RadiationMemory:
     """The `groups` of all motions that radiate, and A∞ (n, n) [kg, kg.m, kg.m2] to go with them."""
 
-    groups: tuple[RadiationGroup, ...]
+    groups: tuple[RadiationGroup | ConvolutionGroup, ...]
     added_mass_inf: np.ndarray
 
 
@@ -57,12 +60,14 @@ def fit_radiation(
     coefficients: Coefficients,
     *,
     order: int | None = None,
+    convolution: bool = False,
     progress: Callable[[str], object] = lambda _: None,
 ) -> RadiationMemory:
     """The memory of all motions; `progress` is told its accuracy, and warnings.
 
     `order` is the number of poles of each group. None: the smallest that is accurate enough, or
-    nearly the best if none is. InputError if the best is useless, or if the data make energy.
+    nearly the best if none is. A `convolution` has none, and is not fitted. InputError if the best
+    is useless, or if the data make energy.
     """
     signal = soundness.meaningful(coefficients)
     reach = Reach.of(coefficients)
@@ -77,14 +82,18 @@ def fit_radiation(
         if k not in radiating:
             progress(f"body {name!r} has no radiation memory: it makes almost no waves")
     for motions in coupled:
-        group = kept_group(
-            data, motions, signal, sound, reach=reach, order=order, progress=progress
-        )
+        if convolution:
+            group = convolved_group(data, motions, signal, sound, reach=reach)
+        else:
+            group = kept_group(
+                data, motions, signal, sound, reach=reach, order=order, progress=progress
+            )
         text = _report(group, data)
-        if group.misfit.error > USELESS:
-            raise InputError.single(text, REMEDY)
+        if group.error > USELESS:
+            raise InputError.single(text, COARSE if convolution else REMEDY)
         told = group.misfit.is_poor or group.change > LARGE_CHANGE
-        progress(f"warning: {text}: {REMEDY}" if told else text)
+        remedy = COARSE if convolution else REMEDY
+        progress(f"warning: {text}: {remedy}" if told else text)
         _tell_of_early_ends(group, data, progress)
         added_mass_inf[np.ix_(motions, motions)] += group.surplus
         groups.append(group)
@@ -126,7 +135,7 @@ def _radiating(data: Coefficients) -> np.ndarray:
 
 
 def _tell_of_early_ends(
-    group: RadiationGroup, data: Coefficients, progress: Callable[[str], object]
+    group: MemoryGroup, data: Coefficients, progress: Callable[[str], object]
 ) -> None:
     """Warn of data that end where a motion's damping is still large."""
     told = []
@@ -144,7 +153,7 @@ def _tell_of_early_ends(
         )
 
 
-def _beyond(group: RadiationGroup, data: Coefficients) -> str:
+def _beyond(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str:
     """The largest difference from any of the computed damping, in words."""
     own = data.radiation_damping.diagonal(axis1=1, axis2=2)[:, list(group.motions)]
     found = np.real(group.transfer(data.omega)).diagonal(axis1=1, axis2=2)
@@ -157,11 +166,12 @@ def _beyond(group: RadiationGroup, data: Coefficients) -> str:
     )
 
 
-def _report(group: RadiationGroup, data: Coefficients) -> str:
+def _report(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str:
     names = ", ".join(data.motions[k] for k in group.motions)
+    kind = group.text if isinstance(group, ConvolutionGroup) else f"order {group.order}"
     text = (
-        f"radiation of {names}: order {group.order}, error {100 * group.misfit.error:.2g} %, of "
-        f"the damping at most {100 * group.misfit.damping_error:.2g} % "
+        f"radiation of {names}: {kind}, error {100 * group.error:.2g} %, of the "
+        f"damping at most {100 * group.misfit.damping_error:.2g} % "
         f"({data.motions[int(group.misfit.motion)]} at {group.misfit.omega:.3g} rad/s)"
     )
     ends = np.minimum(data.memory_limits[list(group.motions)], data.omega[-1])
@@ -172,6 +182,7 @@ def _report(group: RadiationGroup, data: Coefficients) -> str:
         left_out = ", ".join(f"{w:.3g}" for w in group.doubtful)
         text += f", data off the line at {left_out} rad/s"
     if group.change > 0:
+        source = "A(ω) and B" if isinstance(group, ConvolutionGroup) else "the fit"
         masses = ", ".join(
             f"{data.motions[k]} {value:.4g} for {value - more:.4g}"
             for k, value, more in zip(
@@ -181,5 +192,5 @@ def _report(group: RadiationGroup, data: Coefficients) -> str:
                 strict=True,
             )
         )
-        text += f"; A(ω) and A∞ disagree, A∞ is by the fit: {masses}"
+        text += f"; A(ω) and A∞ disagree, A∞ is by {source}: {masses}"
     return text

@@ -168,6 +168,18 @@ def on_the_line(omega: np.ndarray, responses: Complex, known: np.ndarray) -> np.
     return trusted
 
 
+def scatter(omega: np.ndarray, response: np.ndarray) -> float:
+    """Root mean square distance of a `response` from the cubics through its neighbours.
+
+    `omega` (n,) [rad/s], `response` (n,) in any unit, which is that of the distance. Neighbours are
+    two on either side; of fewer than 5 values there is none.
+    """
+    places = np.arange(len(omega))
+    known = np.ones((1, len(omega)), dtype=bool)
+    far = _distances(omega, response[None, :], known, places=places, others=places)
+    return float(np.sqrt(np.mean(far[2:-2] ** 2))) if len(omega) > 4 else 0.0
+
+
 def _off_the_line(
     omega: np.ndarray, responses: Complex, known: np.ndarray, among: np.ndarray
 ) -> np.ndarray:
