@@ -41,6 +41,11 @@ def add(command: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="netCDF, build/NAME_hydro.nc",
     )
+    command.add_argument(
+        "--refine",
+        action="store_true",
+        help="of a system: convergence with finer panels, and the errors of each mesh",
+    )
     add_options(command, "--no-plot")
     add_log(command)
     command.set_defaults(command=_run)
@@ -52,6 +57,9 @@ def _run(options: argparse.Namespace) -> None:
         raise InputError.single(message, "write it in the system file, as water: {depth: …}")
     if options.depth is not None and options.depth <= 0.0:
         raise InputError.single("--depth must be positive")
+    if options.refine:
+        _refine(options)
+        return
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.files.writing import check_suffix
     from m4e_fmi.report import hydro_json, hydro_text, plot_hydro, write_hydro
@@ -82,6 +90,26 @@ def _of_file(options: argparse.Namespace) -> HydrodynamicData:
             data = kind.coefficients(config, name=name, folder=folder, progress=count)
             return replace(data, notes=(*notes, *data.notes))
     raise InputError.single("no kind of FMU that is installed reads coefficients")
+
+
+def _refine(options: argparse.Namespace) -> None:
+    """Print a convergence study of a component in water."""
+    if options.source.suffix.lower() not in SYSTEMS:
+        message = f"{options.source}: --refine is of a system, not of a file of coefficients"
+        raise InputError.single(message, "give a system file with shapes or meshes of bodies")
+    if options.output_file:
+        message = "--output-file is for the coefficients of one mesh"
+        raise InputError.single(message, "leave it out beside --refine; --json prints all numbers")
+    system, chosen, _ = _chosen(options)
+    kind, config = _in_water(system)[chosen]
+    if kind.refinement is None:
+        message = f"the kind of component {chosen!r} has no panels to refine"
+        raise InputError.single(message, "choose another one with --component")
+    try:
+        text, numbers = kind.refinement(config, folder=system.folder, progress=count)
+    except InputError as error:
+        raise InputError([system.located(chosen, p) for p in error.problems]) from None
+    show_result(text, numbers, options)
 
 
 def _of_system(options: argparse.Namespace) -> HydrodynamicData:

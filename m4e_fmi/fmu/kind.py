@@ -49,8 +49,8 @@ class FmuKind:
     start. Each is asked once for a system, also if several of its kinds have it.
 
     The rest is for kinds in water: ``coefficients(config, *, name, folder, progress)`` are their
-    hydrodynamic data, and ``config_of_file(path, *, progress, depth)`` the configuration for a file
-    of these.
+    hydrodynamic data, ``config_of_file(path, *, progress, depth)`` the configuration for a file of
+    these, and ``refinement(config, *, folder, progress)`` a convergence study as text and JSON.
     """
 
     config: type
@@ -65,3 +65,4 @@ class FmuKind:
     doubts_at_start: Callable[..., Iterable[str]] = _none
     coefficients: Function | None = None
     config_of_file: Function | None = None
+    refinement: Function | None = None

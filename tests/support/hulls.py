@@ -5,13 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig, make_hulls
-from m4e_adapters.hydrodynamics.build import check_config, frequency_table, program_in_waves
+from m4e_adapters.hydrodynamics.build import check_config, program_in_waves
 from m4e_adapters.hydrodynamics.config import Body
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
-from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document
@@ -54,19 +51,12 @@ def hull(
     folder: Path = Path(),
     *,
     center: tuple[float, ...] = (0, -1),
+    finer: int = 1,
     **body: Any,
 ) -> Hull:
     """The hull of a body `float`; `center` [m] of gravity."""
     given = {"shape": shape, "center_of_gravity": center, **body}
-    return make_hull("float", Body.model_validate(given), folder, progress=silent)
-
-
-def frequencies(section: Section, folder: Path = Path()) -> np.ndarray:
-    """Those of the potential flow, (nω,) [rad/s]."""
-    config = configured(section)
-    water = {"depth": config.water.depth, "gravity": config.water.gravity}
-    waves = wave_systems(config.waves, folder=folder, **water)
-    return frequency_table(config, hulls(config, folder), waves)
+    return make_hull("float", Body.model_validate(given), folder, finer=finer, progress=silent)
 
 
 def checked_program(section: Section, folder: Path = Path()) -> Program:

@@ -49,11 +49,7 @@ def wedge() -> Panels:
     keel, ring = np.array([0.5, 0.2, -2.4]), [0, 1, 2, 3, 0]
     top = low * [1.2, 1.2, 0.0]
     points = np.array([top[ring], low[ring], np.tile(keel, (5, 1))])
-    for axis, count in enumerate(points.shape[:2]):  # each side in two
-        half = np.arange(0.0, count - 0.5, 0.5)
-        low, high = (np.take(points, f(half).astype(int), axis) for f in (np.floor, np.ceil))
-        points = 0.5 * (low + high)
-    return grid(points.transpose(1, 0, 2)).merged()
+    return grid(points.transpose(1, 0, 2)).merged().divided(2)
 
 
 def keel() -> Panels:

@@ -70,7 +70,7 @@ def _flow(
         found = found if solved else found.without_flow()
     else:
         hulls, waves = _prepared(config, folder, progress)
-        omega = frequency_table(config, hulls, waves, highest=highest)
+        omega = _table(config, hulls, waves, highest)
         needed = max(needed_frequency(waves), highest)
         found = coefficients_of(
             config, hulls, omega=omega, needed=needed, solved=solved, progress=progress
@@ -239,16 +239,26 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
 def frequency_table(
     config: HydrodynamicsConfig,
     hulls: Sequence[Hull],
-    waves: Sequence[WaveSystem],
     *,
+    folder: Path = Path(),
     highest: float = 0.0,
 ) -> np.ndarray:
     """Angular frequencies (nω,) [rad/s] for the potential flow, as `Frequencies` says.
 
-    It reaches `highest` [rad/s] too, unless a `maximum` is given. Another sea than that of `waves`
-    changes at most how far the table goes, and no frequency in it: cached solutions of one sea
-    serve the next. InputError with all problems of the table.
+    It reaches `highest` [rad/s] too, unless a `maximum` is given. Another sea changes at most how
+    far the table goes, and no frequency in it: cached solutions of one sea serve the next.
+    Files of the waves are in `folder`. InputError with all problems of the table.
     """
+    return _table(config, hulls, _sea(config, config.water, folder, lambda _: None), highest)
+
+
+def _table(
+    config: HydrodynamicsConfig,
+    hulls: Sequence[Hull],
+    waves: Sequence[WaveSystem],
+    highest: float,
+) -> np.ndarray:
+    """As `frequency_table`, for `waves` that are known."""
     wanted, water = config.frequencies, config.water
     lengths = [  # that waves must be short against for radiation to be negligible: of a submerged
         # body, which radiates as e^(−2kd), with the depth d of its highest point
@@ -302,5 +312,5 @@ def _hull_text(hull: Hull, water: Water) -> str:
     draft = -float(hull.panels.vertices[:, 2].min())
     return (
         f"{text}lowest point {draft:.4g} m below the water, {len(hull.panels.faces)} panels (their "
-        "error: see 'how many panels' in the page of hydrodynamics)"
+        "error: see 'refinement' in the page of hydrodynamics)"
     )

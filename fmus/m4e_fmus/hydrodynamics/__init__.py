@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
+from m4e_adapters.hydrodynamics.refinement import refinement
 from m4e_adapters.hydrodynamics.seas.shown_water import shown_sea
 from m4e_fmi.report.animation.shown import Shown, ShownHull
 from m4e_fmus.water import kind_in_water
@@ -42,6 +43,29 @@ def _headed(config: HydrodynamicsConfig, hull: ShownHull, heading: float) -> Sho
     return replace(hull, surface=turned)
 
 
+def _refinement(
+    config: HydrodynamicsConfig, *, folder: Path, progress: Callable[[str], object] = print
+) -> tuple[str, dict[str, object]]:
+    """A convergence study of the coefficients, as text and as JSON, tables in SI.
+
+    InputError for coefficients of a file.
+    """
+    study = refinement(config, folder=folder, progress=progress)
+    limit = study.limit
+    return str(study), {
+        "panels": list(study.panels),
+        "highest_frequency": study.highest,
+        "rows": list(study.rows()),
+        "motions": list(limit.motions),
+        "omega": limit.omega.tolist(),
+        "added_mass": limit.added_mass.tolist(),
+        "radiation_damping": limit.radiation_damping.tolist(),
+        "added_mass_inf": limit.added_mass_inf.tolist(),
+        "excitation_real": np.real(limit.excitation).tolist(),
+        "excitation_imaginary": np.imag(limit.excitation).tolist(),
+    }
+
+
 KIND = kind_in_water(
     HydrodynamicsConfig,
     build=program_from_config,
@@ -51,4 +75,5 @@ KIND = kind_in_water(
     response=program_in_waves,
     coefficients=hydrodynamic_data,
     config_of_file=config_of_file,
+    refinement=_refinement,
 )

@@ -49,3 +49,35 @@ def test_the_depth_of_a_file(tmp_path: Path, said: Said) -> None:
     given += ["--output-file", str(tmp_path / "a.nc")]
     assert "depth 400 m of the system file" in said(*given, "--depth", "400")
     assert "--depth must be positive" in said(*given, "--depth", "-4", code=2)
+
+
+BOX = """\
+name: box
+components:
+  hydro:
+    kind: hydrodynamics
+    bodies:
+      float:
+        shape: {box: {length: 8, width: 6, draft: 3}}
+        center_of_gravity: [0, -1]
+        panels: 48
+    frequencies: {count: 12, maximum: 1.0}
+connections: []
+simulation: {stop_time: 1, step_size: 0.1}
+"""
+
+
+def test_a_convergence_study(here: Path, said: Said) -> None:
+    path = here / "box.system.yaml"
+    path.write_text(BOX, "utf-8")
+    printed = said("hydro", path, "--refine")
+    assert printed.startswith("meshes of 48, 192, 432 panels; errors up to ")
+    assert "added_mass float heave" in printed
+    found = json.loads(said("hydro", path, "--refine", "--json"))
+    assert found["panels"] == [48, 192, 432]
+    rows = {(row["quantity"], row["motions"]): row for row in found["rows"]}
+    heave = rows["added_mass", "float heave"]
+    assert heave["largest"] == pytest.approx(max(a[1][1] for a in found["added_mass"]), rel=1e-9)
+    assert heave["errors"] == sorted(heave["errors"], reverse=True)
+    assert heave["errors"][-1] > heave["error_of_limit"] > 0
+    assert 0.5 < heave["order"] < 2.5

@@ -26,6 +26,7 @@ from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_fmi.errors import RunError
 
 METHOD = "direct"
+DEEP = 20.0  # wavenumber times depth of water without a bottom
 MIRRORED = {1: ("sway", "roll", "yaw"), 0: ("surge", "pitch", "yaw")}
 """Motions that change sign in the mirror image in y = 0 (1) and in x = 0 (0)."""
 
@@ -74,12 +75,71 @@ class FlowSolver:
             "warnings": np.array([*self._warnings, *warnings], dtype=str),
         }
 
+    def far_field(
+        self, omega: float, directions: Sequence[float], angles: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Kochin functions H at `omega` [rad/s], of unit motions (n, nθ), of unit waves (nβ, nθ).
 
-def _solution(solver: Any, problem: Any, omega: float) -> Any:
+        In m2/s and m3/s, m2/s; for waves from `directions` [deg], at `angles` (nθ,) [rad]. With the
+        potential φ and its normal derivative on the hull, 4π H(θ) = ∫ (∂φ/∂n − φ ∂/∂n) e dS, where
+        e = cosh k(z + h)/cosh kh · e^{−ik(x cos θ + y sin θ)}, k the wavenumber, h the depth.
+        """
+        common = {"body": self._body, "omega": omega, **self._medium}
+        with kept_warnings(), accurate_finite_depth():
+            problems = [
+                self._capytaine.RadiationProblem(radiating_dof=name, **common)
+                for name in self._body.dofs
+            ]
+            problems += [
+                self._capytaine.DiffractionProblem(wave_direction=math.radians(beta), **common)
+                for beta in directions
+            ]
+            mesh, water = self._body.mesh, problems[0]
+            wave, slope = _outgoing(
+                mesh.faces_centers,
+                mesh.faces_normals,
+                angles,
+                k=water.wavenumber,
+                depth=water.water_depth,
+            )
+            found = []
+            for problem in problems:
+                result = _solution(self._solver, problem, omega, details=True)
+                on_hull = self._body.hull_mask
+                flux = mesh.faces_areas * problem.boundary_condition[on_hull]
+                potential = mesh.faces_areas * result.potential[on_hull]
+                found.append(flux @ wave - potential @ slope)
+        count = len(self._body.dofs)
+        both = np.array(found) / (4.0 * math.pi)
+        return both[:count], both[count:]
+
+
+def _outgoing(
+    centers: np.ndarray, normals: np.ndarray, angles: np.ndarray, *, k: float, depth: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """e of `FlowSolver.far_field` and its normal derivative, (nf, nθ) [1] and [1/m].
+
+    On panels with `centers` (nf, 3) [m] and `normals` (nf, 3) [1], at `angles` (nθ,) [rad], for the
+    wavenumber `k` [rad/m] in water of `depth` [m].
+    """
+    x, y, z = centers.T
+    across, athwart, up = normals.T
+    if k * depth < DEEP:
+        profile = np.cosh(k * (z + depth)) / math.cosh(k * depth)
+        rise = np.tanh(k * (z + depth))
+    else:
+        profile, rise = np.exp(k * z), np.ones_like(z)
+    way = np.outer(x, np.cos(angles)) + np.outer(y, np.sin(angles))
+    wave = profile[:, None] * np.exp(-1j * k * way)
+    along = np.outer(across, np.cos(angles)) + np.outer(athwart, np.sin(angles))
+    return wave, k * wave * ((up * rise)[:, None] - 1j * along)
+
+
+def _solution(solver: Any, problem: Any, omega: float, *, details: bool = False) -> Any:
     from capytaine.green_functions.abstract_green_function import GreenFunctionEvaluationError
 
     try:
-        return solver.solve(problem, keep_details=False, _check_wavelength=False)
+        return solver.solve(problem, keep_details=details, _check_wavelength=False)
     except GreenFunctionEvaluationError as error:
         raise RunError(
             f"the potential flow cannot be solved at {omega:.4g} rad/s: {error}",

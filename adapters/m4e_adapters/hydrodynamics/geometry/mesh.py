@@ -207,15 +207,16 @@ def make_hull(
     folder: Path,
     *,
     depth: float = math.inf,
+    finer: int = 1,
     progress: Callable[[str], object] = print,
 ) -> Hull:
-    """The checked hull of one body in water of that `depth` [m].
+    """The checked hull of one body in water of that `depth` [m], its panels divided into `finer`².
 
     A lid that could not be made is told through `progress`.
     """
     with kept_warnings() as warnings:
         bed = depth if body.fixed else math.inf
-        drawn, hydrostatics = _shape_panels(name, body, folder, bed)
+        drawn, hydrostatics = _shape_panels(name, body, folder, bed, finer)
         panels = on_the_bed(drawn, bed)
         lid = make_lid(panels)
     for text in warnings:
@@ -243,29 +244,33 @@ def make_hull(
     return Hull(name, panels, lid, body.center_of_gravity, hydrostatics, body.shape.axis)
 
 
-def _shape_panels(name: str, body: Body, folder: Path, bed: float) -> tuple[Panels, Hydrostatics]:
+def _shape_panels(
+    name: str, body: Body, folder: Path, bed: float, finer: int
+) -> tuple[Panels, Hydrostatics]:
     """The closed surface below the water of a body that may stand on a `bed` [m] so deep.
 
     With the hydrostatics of the shape, where these are known better than by its panels.
     """
     shape = body.shape
     if shape.union is not None:
-        return _union_panels(name, body, folder, bed)
+        return _union_panels(name, body, folder, bed, finer)
     if shape.mesh is None:
-        panels = BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels)
+        panels = BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
         ball = shape.sphere
         return panels, hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
     placed = drawn_panels(name, shape, body.center_of_gravity, folder)
     try:
         check_as_drawn(placed, name, scale=shape.scale)
-        panels = checked(on_the_bed(_immersed(placed, name), bed), name)
+        panels = checked(on_the_bed(_immersed(placed, name), bed), name).divided(finer)
     except InputError as error:
         known = {"file": str(folder / str(shape.mesh)), "keys": ("bodies", name, "shape", "mesh")}
         raise InputError([replace(p, **known) for p in error.problems]) from None
     return panels, hydrostatics_of(panels)
 
 
-def _union_panels(name: str, body: Body, folder: Path, bed: float) -> tuple[Panels, Hydrostatics]:
+def _union_panels(
+    name: str, body: Body, folder: Path, bed: float, finer: int
+) -> tuple[Panels, Hydrostatics]:
     """The surface of a union of shapes below the water, of even triangles."""
     keys = ("bodies", name, "shape", "union")
     try:
@@ -298,7 +303,7 @@ def _union_panels(name: str, body: Body, folder: Path, bed: float) -> tuple[Pane
     except InputError as error:
         raise InputError([replace(p, keys=p.keys or keys) for p in error.problems]) from None
     vertices, triangles = opened(solid, [2])
-    return panels, hydrostatics_of_triangles(vertices[triangles])
+    return panels.divided(finer), hydrostatics_of_triangles(vertices[triangles])
 
 
 def _narrow_inside(name: str, body: Body, panels: Panels) -> Iterator[str]:

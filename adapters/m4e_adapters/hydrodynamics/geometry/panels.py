@@ -78,6 +78,39 @@ class Panels:
         used, places = np.unique(np.array(filled, dtype=int), return_inverse=True)
         return Panels(self.vertices[first][used], places.reshape(-1, 4))
 
+    def divided(self, parts: int) -> Panels:
+        """The same surface, each side of a panel divided into so many `parts` [1]."""
+        if parts == 1:
+            return self
+        corners = self.corners
+        triangle = self.faces[:, 2] == self.faces[:, 3]
+        way = np.linspace(0.0, 1.0, parts + 1)
+        pieces: list[np.ndarray] = []
+        for i, j in np.ndindex(parts, parts):
+            u, v = way[i : i + 2], way[j : j + 2]
+            of_four = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])]
+            a, b, c, d = corners[~triangle].swapaxes(0, 1)
+            pieces.append(
+                np.stack(
+                    [
+                        (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d
+                        for s, t in of_four
+                    ],
+                    axis=1,
+                )
+            )
+            if i + j >= parts:
+                continue
+            a, b, c, _ = corners[triangle].swapaxes(0, 1)
+            of_three = [(u[0], v[0]), (u[1], v[0]), (u[0], v[1])]
+            upside = [(u[1], v[0]), (u[1], v[1]), (u[0], v[1])]
+            for three in (of_three, upside) if i + j < parts - 1 else (of_three,):
+                points = [(1 - s - t) * a + s * b + t * c for s, t in three]
+                pieces.append(np.stack([*points, points[-1]], axis=1))
+        found = np.concatenate(pieces)
+        index = np.arange(4 * len(found)).reshape(-1, 4)
+        return Panels(found.reshape(-1, 3), index).merged()
+
     def selected(self, mask: np.ndarray) -> Panels:
         """The panels where `mask` (nf,), booleans, is true."""
         return Panels(self.vertices, self.faces[mask])

@@ -1,5 +1,8 @@
 """Panels of built-in shapes: vertical cylinder, sphere, box, body of revolution.
 
+Each panel of a mesh of about so many `panels` is divided into `finer` by `finer`: such meshes are
+similar, and their errors follow the size of their panels.
+
 The bodies of revolution are drawn with polygons of the circle's *area* (not inscribed in it) and
 stretched upright to the exact displacement: buoyancy and waterplane area are those of the shape
 whatever the number of panels, and the potential-flow forces converge with a smaller constant.
@@ -34,13 +37,13 @@ Placing = Callable[[float, float], tuple[float, float, float]]
 Placed = Box | Cylinder | HorizontalCylinder | Revolved | Sphere
 
 
-def cylinder_panels(shape: Cylinder, panels: int) -> Panels:
+def cylinder_panels(shape: Cylinder, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a vertical cylinder, denser towards its edges and the waterline."""
     height, submerged = shape.draft + shape.top_z, shape.top_z < 0.0
     profile = height + shape.radius * (1 + submerged)
     around, edge = divisions(profile, 2 * math.pi * shape.radius, panels)
-    bottom = max(2, round(0.8 * shape.radius / edge))
-    side = max(2, round(1.4 * height / edge))
+    bottom = finer * max(2, round(0.8 * shape.radius / edge))
+    side = finer * max(2, round(1.4 * height / edge))
     outwards = shape.radius * np.sin(0.5 * np.pi * np.linspace(0, 1, bottom + 1))
     upwards = shape.top_z - 0.5 * height * (1.0 - np.cos(np.pi * np.linspace(1, 0, side + 1)))
     radii = np.concatenate([outwards, np.full(side, shape.radius)])
@@ -49,15 +52,15 @@ def cylinder_panels(shape: Cylinder, panels: int) -> Panels:
         radii = np.concatenate([radii, outwards[-2::-1]])
         heights = np.concatenate([heights, np.full(bottom, shape.top_z)])
     volume = math.pi * shape.radius**2 * height
-    return shifted(turned(radii, heights, around, volume, pivot=shape.top_z), shape)
+    return shifted(turned(radii, heights, finer * around, volume, pivot=shape.top_z), shape)
 
 
-def sphere_panels(shape: Sphere, panels: int) -> Panels:
+def sphere_panels(shape: Sphere, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a sphere, cut by the water or wholly below it."""
     radius, height = shape.radius, shape.center_z
     top = math.acos(height / radius) if height > -radius else math.pi  # angle from the lowest point
     around, edge = divisions(radius * top, 2 * math.pi * radius, panels)
-    part = np.linspace(0.0, 1.0, max(4, round(radius * top / edge)) + 1)
+    part = np.linspace(0.0, 1.0, finer * max(4, round(radius * top / edge)) + 1)
     angles = top * (0.7 * part + 0.3 * np.sin(0.5 * np.pi * part))  # finer towards the waterline
     radii, heights = radius * np.sin(angles), height - radius * np.cos(angles)
     radii[0] = 0.0
@@ -68,10 +71,10 @@ def sphere_panels(shape: Sphere, panels: int) -> Panels:
         heights[-1] = 0.0
         depth = radius - height  # of the cap
         volume, pivot = math.pi * depth**2 * (3 * radius - depth) / 3, 0.0
-    return shifted(turned(radii, heights, around, volume, pivot=pivot), shape)
+    return shifted(turned(radii, heights, finer * around, volume, pivot=pivot), shape)
 
 
-def revolved_panels(shape: Revolved, panels: int) -> Panels:
+def revolved_panels(shape: Revolved, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a body of revolution, denser towards the ends of each straight part."""
     corners = _ring(shape) if shape.hole else _wetted(shape)
     around, width, rings = 8, 0.0, corners[:0]
@@ -79,23 +82,25 @@ def revolved_panels(shape: Revolved, panels: int) -> Panels:
         around += 4
         width = 2 * math.pi * float(corners[:, 0].max()) / around
         rings = np.concatenate([corners[:1], *_divided(corners, width)])
+    rings = np.concatenate([corners[:1], *_divided(corners, width, finer)])
     radii, heights = rings.T
     squares = radii[1:] ** 2 + radii[1:] * radii[:-1] + radii[:-1] ** 2
     volume = math.pi / 3 * float(np.diff(heights) @ squares)
-    return shifted(turned(radii, heights, around, volume, pivot=0.0), shape)
+    return shifted(turned(radii, heights, finer * around, volume, pivot=0.0), shape)
 
 
-def _divided(corners: np.ndarray, width: float) -> Iterator[np.ndarray]:
+def _divided(corners: np.ndarray, width: float, finer: int = 1) -> Iterator[np.ndarray]:
     """Points (k, 2) [m] on each straight part of a profile, its last corner the last of them.
 
-    They are `width` [m] apart at the ends of the part, and up to `TALLEST` times that in between.
+    They are `width` [m] apart at the ends of the part, and up to `TALLEST` times that in between;
+    then each distance is divided into so many parts.
     """
     for first, last in itertools.pairwise(corners):
         way = np.linspace(0.0, 1.0, 401)
         from_end = np.minimum(way, way[::-1]) * np.linalg.norm(last - first)
         density = 1.0 / np.minimum(TALLEST * width, width + GROWTH * from_end)
         passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
-        count = max(1, round(passed[-1] * np.linalg.norm(last - first) / 400))
+        count = finer * max(1, round(passed[-1] * np.linalg.norm(last - first) / 400))
         part = np.interp(np.linspace(0.0, passed[-1], count + 1)[1:], passed, way)
         yield first + part[:, None] * (last - first)
 
@@ -148,16 +153,16 @@ def sphere_hydrostatics(shape: Sphere) -> Hydrostatics:
     )
 
 
-def box_panels(shape: Box, panels: int) -> Panels:
+def box_panels(shape: Box, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a box: flat ends and four sides, nearly square panels."""
     length, width, draft = shape.length, shape.width, shape.draft
     height, submerged = draft + shape.top_z, shape.top_z < 0.0
     area = length * width * (1 + submerged) + 2 * height * (length + width)
     edge = math.sqrt(area / panels)
-    along, across = (2 * max(2, round(extent / edge / 2)) for extent in (length, width))
+    along, across = (2 * finer * max(2, round(extent / edge / 2)) for extent in (length, width))
     x = -0.5 * length * np.cos(np.pi * np.linspace(0, 1, along + 1))
     y = -0.5 * width * np.cos(np.pi * np.linspace(0, 1, across + 1))
-    upwards = np.linspace(1, 0, max(2, round(height / edge)) + 1)
+    upwards = np.linspace(1, 0, finer * max(2, round(height / edge)) + 1)
     z = shape.top_z - 0.5 * height * (1.0 - np.cos(np.pi * upwards))
 
     def patch(us: np.ndarray, vs: np.ndarray, place: Placing) -> Panels:
@@ -212,24 +217,24 @@ def shifted(panels: Panels, shape: Placed) -> Panels:
     return Panels(panels.vertices + center, panels.faces)
 
 
-def horizontal_cylinder_panels(shape: HorizontalCylinder, panels: int) -> Panels:
+def horizontal_cylinder_panels(shape: HorizontalCylinder, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a horizontal cylinder, denser towards its ends and the waterline."""
     top = _half_angle(shape.radius, shape.center_z)
     area = shape.radius**2 * (top - math.sin(top) * math.cos(top))  # of the wetted section
     girth = 2 * top * shape.radius
     edge = 1.15 * math.sqrt((girth * shape.length + 2 * area) / panels)
-    arc = _arc(shape.radius, shape.center_z, 2 * max(3, round(1.1 * girth / edge / 2)))
+    arc = _arc(shape.radius, shape.center_z, 2 * finer * max(3, round(1.1 * girth / edge / 2)))
     outline = arc
     if top < math.pi:
-        chord = 2 * max(1, round(float(np.ptp(arc[[0, -1], 0])) / edge / 2))
+        chord = 2 * finer * max(1, round(float(np.ptp(arc[[0, -1], 0])) / edge / 2))
         way = np.linspace(0.0, 1.0, chord + 1)[1:, None]
         outline = np.concatenate([arc, arc[-1] + way * (arc[0] - arc[-1])])
         stretch = [1.0, area / enclosed(outline[:-1])]
         arc, outline = arc * stretch, outline * stretch
-    along = 2 * max(2, round(1.1 * shape.length / edge / 2))
+    along = 2 * finer * max(2, round(1.1 * shape.length / edge / 2))
     x = -0.5 * shape.length * np.cos(np.pi * np.linspace(0, 1, along + 1))
     side = grid(np.array([[(u, *point) for point in arc[::-1]] for u in x]))
-    end = _end(outline, 0.5 * shape.length, edge)
+    end = _end(outline, 0.5 * shape.length, edge, finer)
     hull = joined(side, end, end.mirrored(0))
     if shape.axis == "y":
         hull = Panels(hull.vertices[:, [1, 0, 2]] * [-1.0, 1.0, 1.0], hull.faces)
@@ -260,11 +265,11 @@ def _arc(radius: float, height: float, count: int) -> np.ndarray:
     return points
 
 
-def _end(outline: np.ndarray, x: float, edge: float) -> Panels:
+def _end(outline: np.ndarray, x: float, edge: float, finer: int) -> Panels:
     """Rings of panels [m] within a closed line (n, 2), at that x, facing +X."""
     center = np.array([0.0, 0.5 * (outline[:, 1].min() + outline[:, 1].max())])
     spokes = outline - center
-    count = max(2, round(float(np.linalg.norm(spokes, axis=1).mean()) / edge))
+    count = finer * max(2, round(float(np.linalg.norm(spokes, axis=1).mean()) / edge))
     places = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, count + 1))
     points = center + places[:, None, None] * spokes
     return grid(np.concatenate([np.full((*points.shape[:2], 1), x), points], axis=2)).merged()

@@ -10,6 +10,7 @@ import pytest
 from support.drift_files import RHO, G, write_mean, write_qtf
 
 from m4e_adapters.hydrodynamics.config import Drift, Water
+from m4e_adapters.hydrodynamics.drift.far_field import write_csv
 from m4e_adapters.hydrodynamics.drift.files import read_drift
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift, Qtf
 
@@ -71,13 +72,7 @@ def test_a_csv_file_is_as_it_was_written_and_pairs_of_directions_are_left_out(
     table = read(path)
     assert isinstance(table, MeanDrift)
     assert table.notes == ("1 rows of pairs of directions are left out",)
-    rows = [
-        [w, beta, *row]
-        for w, rows in zip(table.omega, table.values, strict=True)
-        for beta, row in zip(table.directions, rows, strict=True)
-    ]
-    names = ["omega", "direction", *(motion.name for motion in table.motions)]
-    np.savetxt(tmp_path / "hull.csv", rows, delimiter=",", header=",".join(names), comments="")
+    write_csv(table, tmp_path / "hull.csv")
     again = read(tmp_path / "hull.csv")
     assert again.values == pytest.approx(table.values, rel=1e-8, abs=1e-3)
     assert again.motions == table.motions

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from support.hulls import checked_program, configured, hulls
-from support.hulls import frequencies as table_of
 
+from m4e_adapters.hydrodynamics.build import frequency_table
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow.bem import resolved_frequency, warn_of_coarse_panels
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
@@ -28,7 +28,8 @@ bodies:
 
 
 def frequencies(waves: str, text: str = FLOAT) -> list[float]:
-    return table_of(f"{text}waves: {waves}\n").tolist()
+    config = configured(f"{text}waves: {waves}\n")
+    return frequency_table(config, hulls(config)).tolist()
 
 
 def jonswap(period: float) -> str:

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 from support import mesh_writers
-from support.hulls import checked_program, doubts, frequencies, hull, hulls, silent
+from support.hulls import checked_program, configured, doubts, hull, hulls, silent
 
+from m4e_adapters.hydrodynamics.build import frequency_table
 from m4e_adapters.hydrodynamics.config import Box, Cylinder, Water
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
@@ -157,7 +158,10 @@ def test_a_fixed_body_has_no_variables_and_no_frequencies() -> None:
         assert names == [v.name for v in getattr(alone, kind)]
     assert not any(v.name.startswith("p.") for v in beside.parameters)
     small = {**PILE, "shape": {"cylinder": {"radius": 0.5, "draft": DEPTH, "center_x": 6}}}
-    one, two = (frequencies(given) for given in (on_bed(f=FLOAT), on_bed(p=small, f=FLOAT)))
+    one, two = (
+        frequency_table(configured(given), hulls(given))
+        for given in (on_bed(f=FLOAT), on_bed(p=small, f=FLOAT))
+    )
     np.testing.assert_array_equal(two, one)
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import mesh_writers
-from support.hulls import configured, frequencies, hull
+from support.hulls import configured, hull, hulls
 
+from m4e_adapters.hydrodynamics.build import frequency_table
 from m4e_adapters.hydrodynamics.config import Box, Cylinder
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid
@@ -122,7 +123,7 @@ def test_the_waterplane_of_a_closed_mesh_below_the_water_is_rounding(tmp_path: P
     body = {"shape": {"mesh": "hull.gdf"}, "center_of_gravity": [0, -4.3]}
     config = configured({"bodies": {"deep": body}})
     size = (1.5 * 48 / 27 / np.pi) ** (1 / 3) + 4.0
-    highest = frequencies(config, tmp_path)[-1]
+    highest = frequency_table(config, hulls(config, tmp_path))[-1]
     assert highest == pytest.approx(np.sqrt(4.5 * 9.81 / size), rel=1e-6)
 
 
