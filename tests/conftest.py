@@ -25,9 +25,9 @@ def c_fmu(
 ) -> Callable[[str], Path]:
     """`c_fmu(name)` is the path of the FMU of a C model of tests/support/c_fmus, compiled once.
 
-    ``1:name`` and ``3:name`` are of FMI 1.0, which is refused, and 3.0, `oscillator` is that
-    of support.defects. They count as built here, so that they run in this process, but for those
-    that are armed (`test_workers`), and with the option --workers.
+    ``1:name`` and ``3:name`` are of FMI 1.0 and 3.0, `oscillator` is that of support.defects. They
+    count as built here, so that they run in this process, but for those that are armed
+    (`test_workers`), and with the option --workers.
     """
     folder = tmp_path_factory.mktemp("c_fmus")
     workers = request.config.getoption("--workers")

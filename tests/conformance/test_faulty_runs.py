@@ -16,15 +16,15 @@ from support.faults.table import KINDS, Fault
 from support.faults.trial import differences, finished
 
 KIND = {kind.name: kind for kind in KINDS}
-ONCE, USUAL, NEW = (
-    Setting(2, "gauss_seidel"),
+OLD, USUAL, NEW = (
+    Setting(1, "gauss_seidel"),
     Setting(2, "corrector"),
     Setting(3, "implicit"),
 )
 SAMPLE = (
-    Case(ONCE, Fault("arm", "step", KIND["segv"], 0.7)),
-    Case(ONCE, Fault("buoy", "exit", KIND["exit"])),
-    Case(USUAL, Fault("arm", "enter", KIND["fatal"])),
+    Case(OLD, Fault("arm", "step", KIND["segv"], 0.7)),
+    Case(OLD, Fault("buoy", "initialise", KIND["exit"])),
+    Case(Setting(1, "corrector"), Fault("arm", "initialise", KIND["fatal"])),
     Case(USUAL, Fault("line", "step", KIND["sigstop"], 1.2)),
     Case(USUAL, Fault("arm", "get", KIND["rounding"], 0.5)),
     Case(USUAL, Fault("arm", "instantiate", KIND["segv"])),

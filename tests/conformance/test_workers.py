@@ -280,7 +280,9 @@ def test_the_limit_of_the_end_is_that_of_terminating_and_freeing_the_fmu(
         worker._channel = process.Channel(busy=1, present=number, calls=number)
         worker.look(0.0)
         worker.look(2.0)
-    last = {f"{fmi}{name}" for fmi in ("fmi2", "fmi3") for name in ("Terminate", "FreeInstance")}
+    kinds = ("TerminateSlave", "FreeSlaveInstance"), ("Terminate", "FreeInstance")
+    versions = zip(("fmi", "fmi2", "fmi3"), (*kinds, kinds[1]), strict=True)
+    last = {f"{prefix}{name}" for prefix, of_kind in versions for name in of_kind}
     assert set(ended) == last | {"unloading its library"}
 
 

@@ -18,7 +18,7 @@ from m4e_fmi.cosim import (
 from m4e_fmi.errors import RunError
 from m4e_fmi.report import run_summary
 
-VERSIONS = ["talker", "3:talker"]
+VERSIONS = ["talker", "1:talker", "3:talker"]
 
 
 def talk(

@@ -1,4 +1,4 @@
-"""FMUs of FMI 2.0 and 3.0 in one system: the same results as with FMI 2.0 alone."""
+"""FMUs of FMI 1.0, 2.0 and 3.0 in one system: the same results as with FMI 2.0 alone."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from support.small_systems import Fmus, observed, system, watched
 from support.two_masses import EXACT, STATES, errors, orders, two_masses
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.multibody import model_program
 
@@ -46,6 +46,41 @@ def test_the_order_of_the_corrector_with_fmi_3(c_fmu: Fmus) -> None:
     found = errors(pair, EXACT, (0.2, 0.1))
     assert found[1] < 3e-4
     assert orders(found).min() > 2.9
+
+
+@pytest.mark.verifies(
+    "two-mass oscillator with FMUs of FMI 1.0, which step once",
+    analytic="matrix exponential",
+    tolerance="1.9 (observed order)",
+)
+@pytest.mark.parametrize(
+    "pair",
+    [
+        ("1:mass", "1:partner"),
+        ("1:mass", "partner+state"),
+        ("3:mass+state", "1:partner+inputs"),
+    ],
+)
+@pytest.mark.usefixtures("loop")
+def test_fmi_1_is_of_second_order(c_fmu: Fmus, pair: tuple[str, str]) -> None:
+    coupled = two_masses(c_fmu, *pair)
+    assert orders(errors(coupled, EXACT, (0.1, 0.05))).min() > 1.9
+    outcome = run(coupled)
+    assert outcome.order == 2
+    assert any("cannot" in note or "roll back" in note for note in outcome.notes)
+
+
+@pytest.mark.verifies(
+    "two-mass oscillator of FMI 1.0 FMUs under Jacobi",
+    independent="the same of FMI 2.0 FMUs",
+    tolerance="identical",
+)
+def test_fmi_1_gives_the_bits_of_fmi_2_under_jacobi(c_fmu: Fmus) -> None:
+    expected, found = (
+        watched(two_masses(c_fmu, *names).changed(stop_time=3.0, algorithm="jacobi"), *STATES)
+        for names in (("mass", "partner"), ("1:mass", "1:partner"))
+    )
+    assert found == expected
 
 
 MODEL = """\
@@ -98,11 +133,11 @@ def test_a_system_does_not_change_when_a_component_is_rebuilt_as_fmi_3(
 
 
 @pytest.mark.verifies(
-    "FMUs of FMI 2.0 and 3.0 alone",
+    "FMUs of FMI 1.0 and 3.0 alone",
     independent="FMPy's simulate_fmu",
     tolerance="identical",
 )
-@pytest.mark.parametrize("name", ["3:mass+state", "mass"])
+@pytest.mark.parametrize("name", ["1:mass", "3:mass+state", "mass"])
 def test_what_fmpy_makes_of_the_same_fmu(c_fmu: Fmus, name: str) -> None:
     start = {"stiffness": 2.0, "body.m.x": 0.5}
     alone = system(c_fmu, {"a": name}, start={"a": start}, simulation=Simulation(1.0, 0.125))

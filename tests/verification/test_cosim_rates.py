@@ -166,7 +166,7 @@ def test_longer_steps_that_no_other_can_replace_are_named(c_fmu: Fmus, algorithm
     assert any("does not count the longer steps of b" in line for line in outcome.warnings)
 
 
-@pytest.mark.parametrize("version", ["", "3:"])
+@pytest.mark.parametrize("version", ["", "1:", "3:"])
 def test_a_sampled_controller_is_known_by_its_discrete_outputs(c_fmu: Fmus, version: str) -> None:
     found: list[list[list[float]]] = []
     for options, longer in (("", {"c"}), ("+discrete", set[str]())):

@@ -10,7 +10,7 @@ from support.small_systems import Fmus
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, System, load, run
 
-VERSIONS = ["", "3:"]
+VERSIONS = ["", "1:", "3:"]
 
 
 @pytest.mark.verifies(
@@ -51,7 +51,7 @@ def test_the_second_set_of_the_certificate(c_fmu: Fmus, tmp_path: Path, version:
 
 
 @pytest.mark.usefixtures("loop")
-@pytest.mark.parametrize("version", ["", "3:"])
+@pytest.mark.parametrize("version", ["", "1:", "3:"])
 @pytest.mark.parametrize("process", ["here", "own"])
 def test_a_way_to_round_that_an_fmu_leaves_behind_changes_nothing(
     c_fmu: Fmus, tmp_path: Path, process: str, version: str

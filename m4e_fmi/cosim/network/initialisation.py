@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from m4e_fmi.cosim.network.newton import LoopEquations
 from m4e_fmi.cosim.network.operations import Get, setting
 from m4e_fmi.cosim.network.schedule import Schedule
 from m4e_fmi.cosim.wiring.links import Link, Port, Wiring
-from m4e_fmi.cosim.wiring.structure import AlgebraicLoop, Structure, Transfer
+from m4e_fmi.cosim.wiring.structure import AlgebraicLoop, Structure, Transfer, transfers_of
 from m4e_fmi.fmu.importer.calls import Texts
 
 
@@ -20,7 +20,9 @@ class Initialisation:
     """The transfers of initialization mode.
 
     After `run`, `found` has the Real outputs in their own units, `discrete` the others; `given` are
-    the values that links to Real inputs have carried, in the units of their sources.
+    the values that links to Real inputs have carried, in the units of their sources. FMUs of FMI
+    1.0 are initialised by their first transfer that reads outputs: right after that, `arrive` is
+    called with the component's name and `given`, and these components are in `arrived`.
     """
 
     def __init__(
@@ -29,17 +31,23 @@ class Initialisation:
         wiring: Wiring,
         structure: Structure,
         texts: Texts,
+        arrive: Callable[[str, Mapping[Link, float]], None],
     ) -> None:
-        self._instances, self._wiring = instances, wiring
+        self._instances, self._arrive, self._wiring = instances, arrive, wiring
         self._transfers = structure.initial
         by_target = {link.target: link for link in wiring.all_links}
         self.discrete = Discrete(instances, structure.initial, by_target, texts)
         self.found: dict[Port, float] = {}
         self.given: dict[Link, float] = {}
+        self.arrived: set[str] = set()
 
     def run(self) -> None:
         """Perform all transfers; RunError where an FMU fails or a loop is not solved."""
         for part in self._transfers:
+            reading = (t.component for t in transfers_of((part,)) if t.action == "get")
+            for instance in (self._instances[component] for component in reading):
+                if instance.description.version == "1.0":
+                    instance.exit_initialization()  # before that, it gives no values
             if isinstance(part, AlgebraicLoop):
                 self._solve(part)
                 continue
@@ -49,6 +57,8 @@ class Initialisation:
                 self._read(part)
             else:
                 self._set(part)
+            if part.action == "get":
+                self._note_arrival(part.component)
 
     def _solve(self, part: AlgebraicLoop) -> None:
         prompt = [link for link in self._wiring.all_links if not link.delayed]
@@ -82,3 +92,10 @@ class Initialisation:
             if constant and carried:
                 added = sum(k.factor * self.found[k.source] + k.offset for k in constant)
                 self._instances[port.component].scales.add(carried[0].ends, added)
+
+    def _note_arrival(self, component: str) -> None:
+        """Let the outputs arrive of an FMU that was initialised by this transfer."""
+        version = self._instances[component].description.version
+        if version == "1.0" and component not in self.arrived:
+            self._arrive(component, self.given)
+            self.arrived.add(component)

@@ -95,7 +95,7 @@ class Binary:
                 raise _not_loaded(description, files, origin, str(error)) from error
             finally:
                 os.chdir(here)
-        self._loaded = Loaded(library, "", description.guid, files.folder)
+        self._loaded = Loaded(library, _prefix(description), description.guid, files.folder)
 
     @property
     def loaded(self) -> Loaded:
@@ -130,7 +130,7 @@ class Hosted(Binary):
                 clear=str(files.folder),
                 library=str(files.library_path),
                 needed=_needed(description),
-                functions=list(function_names()),
+                functions=[_prefix(description) + name for name in function_names()],
             )
         except OSError as error:
             raise _not_started(origin, error) from error
@@ -161,9 +161,14 @@ class Hosted(Binary):
         self.worker.leave()
 
 
+def _prefix(description: Description) -> str:
+    """How the names of functions begin in the library of an FMU."""
+    return f"{description.identifier}_" if description.version == "1.0" else ""
+
+
 def _needed(description: Description) -> list[str]:
     """Names of the functions that the library of an FMU has to have."""
-    return list(STANDARDS[description.version].SIGNATURES)
+    return [_prefix(description) + name for name in STANDARDS[description.version].SIGNATURES]
 
 
 def _not_started(origin: str, error: OSError) -> RunError:

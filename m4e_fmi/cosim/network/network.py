@@ -606,12 +606,15 @@ class Network:
         """
         for instance in self.instances.values():
             instance.enter_initialization()
-        start = Initialisation(self.instances, self._wiring, self._structure, self.discrete.texts)
+        start = Initialisation(
+            self.instances, self._wiring, self._structure, self.discrete.texts, self._arrive
+        )
         start.run()
         start.keep_constants()
         for component, instance in self.instances.items():
             instance.exit_initialization()
-            self._arrive(component, start.given)
+            if component not in start.arrived:
+                self._arrive(component, start.given)
         for link in self.links:
             self.values[self.before + self.index(link.source)] = start.found[link.source]
         self.discrete.begin(start.discrete)

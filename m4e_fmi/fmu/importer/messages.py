@@ -2,7 +2,7 @@
 
 FMPy's native proxy formats the messages (their arguments are variadic, which ctypes cannot take),
 but knows one logger for the whole process. The one here finds the instance by its FMI component
-environment, where an FMU has lost that by its name, and leaves messages of other
+environment, in FMI 1.0 and where an FMU has lost that by its name, and leaves messages of other
 instances to FMPy. FMI 3.0's messages are whole texts, and go to the instance itself.
 """
 
@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from fmpy import calloc, fmi2, free
+from fmpy import calloc, fmi1, fmi2, free
 from fmpy.logging import addLoggerProxy
 
 Status = int
@@ -42,7 +42,7 @@ class Messages:
     """The last messages of one instance, called `name`, oldest first.
 
     A `listener` hears all that have another status than OK, but while they are `muted`. `callbacks`
-    goes into fmi2Instantiate, `add_3` into
+    goes into fmi2Instantiate, `callbacks_1` into fmiInstantiateSlave, `add_3` into
     fmi3InstantiateCoSimulation.
     """
 
@@ -60,6 +60,10 @@ class Messages:
         self.callbacks.freeMemory = _FREE
         self.callbacks.componentEnvironment = environment
         addLoggerProxy(ctypes.byref(self.callbacks))
+
+    def callbacks_1(self) -> fmi1.fmi1CallbackFunctions:
+        """For an instance of FMI 1.0: the same functions, at the same places."""
+        return fmi1.fmi1CallbackFunctions.from_buffer_copy(self.callbacks)
 
     def add(self, status: int, text: str) -> None:
         """Keep a message, and pass it to the listener."""

@@ -19,6 +19,7 @@ from m4e_fmi.fmu.importer.elements import (
     FmpyUnknown,
     flattened,
     owner,
+    translate_1,
     unit_of,
 )
 from m4e_fmi.fmu.importer.flaws import flaws
@@ -144,7 +145,8 @@ def read_description(path: str | Path, structure: Mapping[str, int] | None = Non
     content = file_hash(path) or ""
     names, text = check_archive(path)
     raw = raw_description(path, text)
-    _check_kind(path, raw, names)
+    tool = translate_1(raw, text) if raw.fmiVersion == "1.0" else ""
+    _check_kind(path, raw, names, tool)
     if not raw.fmiVersion.startswith("3."):
         return replace(_translated(path, raw, {}), content=content)
     _resize(path, raw, structure or {})
@@ -194,13 +196,14 @@ def fmpy_message(error: Exception) -> str:
 _REBUILD = "export the FMU again; `m4e-fmi validate` on the file reports details"
 
 
-def _check_kind(path: Path, raw: FmpyDescription, names: set[str]) -> None:
-    if raw.fmiVersion == "1.0":
-        raise refusal(path, "is of FMI 1.0", "export it as FMI 2.0 or 3.0")
+def _check_kind(path: Path, raw: FmpyDescription, names: set[str], tool: str) -> None:
     if raw.coSimulation is None:
         kind = "scheduled-execution" if raw.scheduledExecution is not None else "model-exchange"
         message = f"is a {kind} FMU: it has no solver"
         raise refusal(path, message, "export it for co-simulation")
+    if tool:
+        message = f"needs {tool} while it runs (CoSimulation_Tool), which the master cannot start"
+        raise refusal(path, message, "export it stand-alone (CoSimulation_StandAlone)")
     for v in raw.modelVariables:
         timed = v.intervalVariability not in (None, "triggered")
         if v.type == "Clock" and (v.causality == "input" or timed):

@@ -29,21 +29,23 @@ enum { /* beside the statuses of FMI */
    ROOM     an array to fill, and how many values it has
    TEXT     a text, or NULL
    BLOBS, BLOB_ROOM   arrays of sizes and of bytes, to read or fill, and how many they have
-   CALLBACKS_2, _3   what an instance calls, in two versions of FMI */
+   CALLBACKS_1, _2, _3   what an instance calls, in three versions of FMI */
 
 typedef const char *m4e_text;
 typedef void *m4e_pointer; /* a state: the worker's address, as it is */
 
 #define PLAIN(A, T)
+#define INSTANTIATE_1(A, T)                                                                        \
+    A(TEXT, name) A(TEXT, token) A(TEXT, place) A(TEXT, mime) A(VALUE, double, timeout)            \
+    A(VALUE, T, visible) A(VALUE, T, interactive) A(CALLBACKS_1, callbacks) A(VALUE, T, logging)
 #define INSTANTIATE_2(A, T)                                                                        \
     A(TEXT, name) A(VALUE, T, type) A(TEXT, token) A(TEXT, place) A(CALLBACKS_2, callbacks)        \
     A(VALUE, T, visible) A(VALUE, T, logging)
 #define INSTANTIATE_3(A, T)                                                                        \
     A(TEXT, name) A(TEXT, token) A(TEXT, place) A(VALUE, T, visible) A(VALUE, T, logging)          \
     A(VALUE, T, events) A(VALUE, T, early) A(ARRAY, uint32_t, required) A(CALLBACKS_3, logger)
-#define SETUP(A, T)                                                                                \
-    A(VALUE, T, tolerant) A(VALUE, double, tolerance) A(VALUE, double, start) A(VALUE, T, stops)   \
-    A(VALUE, double, stop)
+#define INITIALIZE_1(A, T) A(VALUE, double, start) A(VALUE, T, stops) A(VALUE, double, stop)
+#define SETUP(A, T) A(VALUE, T, tolerant) A(VALUE, double, tolerance) INITIALIZE_1(A, T)
 #define STEP(A, T) A(VALUE, double, t) A(VALUE, double, h) A(VALUE, T, no_return)
 #define STEP_3(A, T)                                                                               \
     STEP(A, T) A(CHANGED, T, event) A(CHANGED, T, end) A(CHANGED, T, early)                        \
@@ -77,6 +79,14 @@ typedef void *m4e_pointer; /* a state: the worker's address, as it is */
     X(fmi##Get##Name, AHEAD, get, T) X(fmi##Set##Name, LATE, set, T)
 #define M4E_VALUES_3(X, Name, T) M4E_VALUES(X, fmi3, Name, GET_SIZED, SET_SIZED, T)
 #define M4E_REMOTE_FUNCTIONS(X)                                                                    \
+    X(fmiInstantiateSlave, MAKE, INSTANTIATE_1, char) X(fmiFreeSlaveInstance, FREE, PLAIN, )       \
+    X(fmiInitializeSlave, NOW, INITIALIZE_1, char) X(fmiTerminateSlave, NOW, PLAIN, )              \
+    X(fmiDoStep, STEP, STEP, char)                                                                 \
+    M4E_VALUES(X, fmi, Real, GET, SET, double) M4E_VALUES(X, fmi, Integer, GET, SET, int)          \
+    M4E_VALUES(X, fmi, Boolean, GET, SET, char)                                                    \
+    X(fmiGetString, NOW, GET, m4e_text) X(fmiSetString, NOW, SET, m4e_text)                        \
+    X(fmiSetRealInputDerivatives, LATE, SET_ORDERS, double)                                        \
+    X(fmiGetRealStatus, NOW, STATUS, double)                                                       \
     X(fmi2Instantiate, MAKE, INSTANTIATE_2, int) X(fmi2FreeInstance, FREE, PLAIN, )                \
     X(fmi2SetupExperiment, NOW, SETUP, int) X(fmi2EnterInitializationMode, NOW, PLAIN, )           \
     X(fmi2ExitInitializationMode, NOW, PLAIN, ) X(fmi2Terminate, NOW, PLAIN, )                     \
@@ -114,6 +124,9 @@ enum { M4E_REMOTE_FUNCTIONS(M4E_REMOTE_NUMBER) M4E_LOAD, M4E_END };
 
 typedef struct {
     void (*functions[4])(void); /* logger, allocateMemory, freeMemory, stepFinished */
+} callbacks_1;
+typedef struct {
+    callbacks_1 callbacks;
     void *environment;
 } callbacks_2;
 
@@ -130,6 +143,7 @@ typedef struct {
     , const size_t *sizes, const unsigned char *const *name, size_t name##_count
 #define PARAMETER_BLOB_ROOM(name)                                                                  \
     , size_t *sizes, const unsigned char **name, size_t name##_count
+#define PARAMETER_CALLBACKS_1(name) , callbacks_1 name
 #define PARAMETER_CALLBACKS_2(name) , const callbacks_2 *name
 #define PARAMETER_CALLBACKS_3(name) , void *environment, void (*name)(void), void (*update)(void)
 #define WITHOUT_FIRST(...) WITHOUT_FIRST_OF(__VA_ARGS__)

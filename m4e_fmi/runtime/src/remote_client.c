@@ -25,7 +25,7 @@ typedef struct {
     char name[256];
 } m4e_remote;
 
-typedef void logger_2(void *component, const char *name, int status, const char *category,
+typedef void logger_1(void *component, const char *name, int status, const char *category,
                       const char *format, ...);
 typedef void logger_3(void *environment, int status, const char *category, const char *text);
 
@@ -82,7 +82,7 @@ static void pass_on(const m4e_remote *r) {
     if (r->version == 3)
         ((logger_3 *)r->logger)(r->environment, (int)*status, "", text);
     else
-        ((logger_2 *)r->logger)(r->environment, r->name, (int)*status, "", "%s", text);
+        ((logger_1 *)r->logger)(r->environment, r->name, (int)*status, "", "%s", text);
 }
 
 /* The answer's status, also to a request of another function. */
@@ -221,8 +221,9 @@ static int completed(const m4e_remote *r, int status) {
     SEND_ROOM(size_t, name)                                                                        \
     for (size_t k = 0; k < name##_count; ++k) m4e_put_blob(out, name[k], sizes[k]);
 #define SEND_BLOB_ROOM(name) SEND_ROOM(size_t, name)
+#define SEND_CALLBACKS_1(callbacks) listen(r, 1, name, callbacks.functions[0], NULL);
 #define SEND_CALLBACKS_2(given)                                                                    \
-    listen(r, 2, name, given->functions[0], given->environment);
+    listen(r, 2, name, given->callbacks.functions[0], given->environment);
 #define SEND_CALLBACKS_3(logger) (void)update, listen(r, 3, name, logger, environment);
 
 #define RECEIVE(kind, ...) RECEIVE_##kind(__VA_ARGS__)
@@ -275,6 +276,7 @@ M4E_REMOTE_FUNCTIONS(DEFINE)
         begin_step(r);                                                                             \
         return 0;                                                                                  \
     }
+BEGIN(1, fmiDoStep, STEP, char)
 BEGIN(2, fmi2DoStep, STEP, int)
 BEGIN(3, fmi3DoStep, STEP_3, bool)
 #endif

@@ -30,7 +30,7 @@ static void end_if_forked(void) {
 }
 
 /* To the client, if it waits for a call; otherwise to standard error. */
-static void log_2(void *environment, const char *name, int status, const char *category,
+static void log_1(void *environment, const char *name, int status, const char *category,
                   const char *format, ...) {
     static _Thread_local m4e_message message;
     va_list arguments;
@@ -51,10 +51,10 @@ static void log_2(void *environment, const char *name, int status, const char *c
 }
 
 static void log_3(void *environment, int status, const char *category, const char *text) {
-    log_2(environment, "", status, category, "%s", text ? text : "");
+    log_1(environment, "", status, category, "%s", text ? text : "");
 }
 
-static callbacks_2 callbacks = {{(any)log_2, (any)calloc, (any)free, NULL}, &serving};
+static callbacks_2 callbacks = {{{(any)log_1, (any)calloc, (any)free, NULL}}, &serving};
 
 /* ---- arguments, from the request and to the answer ---- */
 
@@ -126,6 +126,7 @@ static int made(void *component) {
     const unsigned char **const name = pointers(2 * name##_count);                                 \
     if (!name) return ERROR;                                                                       \
     size_t *const sizes = (size_t *)(name + name##_count);
+#define TAKE_CALLBACKS_1(name)
 #define TAKE_CALLBACKS_2(name)
 #define TAKE_CALLBACKS_3(name)
 
@@ -139,6 +140,7 @@ static int made(void *component) {
 #define PASS_TEXT(name) , name
 #define PASS_BLOBS(name) , sizes, name, name##_count
 #define PASS_BLOB_ROOM(name) , sizes, name, name##_count
+#define PASS_CALLBACKS_1(name) , callbacks.callbacks
 #define PASS_CALLBACKS_2(name) , &callbacks
 #define PASS_CALLBACKS_3(name) , &serving, (any)log_3, NULL
 
@@ -152,6 +154,7 @@ static int made(void *component) {
 #define GIVE_TEXT(name)
 #define GIVE_BLOBS(name)
 #define GIVE_BLOB_ROOM(name) give_blobs(out, name, sizes, name##_count, status);
+#define GIVE_CALLBACKS_1(name)
 #define GIVE_CALLBACKS_2(name)
 #define GIVE_CALLBACKS_3(name)
 

@@ -1,4 +1,4 @@
-"""FMUs in which a fault can be armed from outside (faulty.c), of FMI 2.0 and 3.0."""
+"""FMUs in which a fault can be armed from outside (faulty.c), of FMI 1.0, 2.0 and 3.0."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import fmpy
 from support.c_fmus.build import HERE as HONEST
 from support.c_fmus.build import MODELS, OPTIONS, describe
 from support.c_fmus.compiled import FMI_HEADERS, archived
-from support.c_fmus.versions import scalars_3
+from support.c_fmus.versions import description_1, scalars_3
 
 HERE = Path(__file__).parent
-SHELLS = {2: "shell.c", 3: "shell_3.c"}
+SHELLS = {1: "shell_1.c", 2: "shell.c", 3: "shell_3.c"}
 
 
 def build_faulty(version: int, name: str, folder: Path) -> Path:
@@ -26,7 +26,7 @@ def build_faulty(version: int, name: str, folder: Path) -> Path:
     flags += [f"-DFMI={version}", *(f"-D{OPTIONS[option][0]}" for option in options)]
     library = folder / (stem + fmpy.sharedLibraryExtension)
     _compile(version, flags, folder, stem, library)
-    text = {2: describe, 3: scalars_3}[version](stem, variables, options)
+    text = {1: description_1, 2: describe, 3: scalars_3}[version](stem, variables, options)
     platform = fmpy.platform_tuple if version == 3 else fmpy.platform
     return archived(library, text, platform)
 
@@ -41,8 +41,9 @@ def _compile(version: int, flags: list[str], folder: Path, stem: str, library: P
     subprocess.run([*cc, HONEST / SHELLS[version], "-o", honest], check=True)
     subprocess.run([*cc, HERE / "faulty.c", "-o", faulty], check=True)
     listed = subprocess.run(["nm", "--undefined-only", faulty], stdout=subprocess.PIPE, check=True)
+    prefix = f"{stem}_" if version == 1 else ""
     renamed = [
-        f"--redefine-sym={found}=honest_{found}"
+        f"--redefine-sym={prefix}{found}=honest_{found}"
         for found in re.findall(r" U honest_(\w+)", listed.stdout.decode())
     ]
     subprocess.run(["objcopy", *renamed, honest], check=True)

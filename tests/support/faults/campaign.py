@@ -42,6 +42,8 @@ class Setting:
     @property
     def options(self) -> str:
         """Options of the C FMUs."""
+        if self.version == 1:
+            return ""
         return "+state+bytes" if self.serial else "+state"
 
 
@@ -72,11 +74,11 @@ def case(seed: int, number: int) -> Case:
     kind, call = pairs[number % len(pairs)]
     chance = random.Random(f"{seed} {number}")
     version = chance.choice(list(NAMES[call]))
-    algorithms = list(ALGORITHMS)
+    algorithms = [name for name in ALGORITHMS if version > 1 or name != "implicit"]
     if call in STATES:
         algorithms = algorithms[2:]
     serial = call in BYTES or chance.random() < 0.7
-    adaptive = chance.random() < 0.2
+    adaptive = version > 1 and chance.random() < 0.2
     setting = Setting(version, chance.choice(algorithms), serial, adaptive)
     component = chance.choice(list(COMPONENTS))
     since, count = 0.0, chance.choice([1, 1, 1, 2])

@@ -1,5 +1,5 @@
 /* The functions of an FMU with faults, around those of an honest one (honest_...), which another object
- * file has. FMI is 2 or 3.
+ * file has. FMI is 1, 2 or 3; IDENTIFIER begins the names of FMI 1.0.
  *
  * The folder M4E_TEST_FAULTS arms a fault from outside: its file `plan` has the line "component call
  * kind from count". The fault strikes in that call once the component has been asked to step to `from`
@@ -50,7 +50,7 @@ static void tell(Known *k, int status, const char *text) {
     log(k->environment, status, "logStatus", text);
 #else
     void (*log)(void *, const char *, int, const char *, const char *, ...) = (void *)k->log;
-    log(k->environment, k->name, status, "logStatus", "%s", text);
+    log(FMI == 1 ? k->instance : k->environment, k->name, status, "logStatus", "%s", text);
 #endif
 }
 
@@ -240,9 +240,17 @@ static int before(Known *k, const char *call) {
     return OK;
 }
 
+#define JOIN(a, b) a##_##b
+#define NAMED(a, b) JOIN(a, b)
+#if FMI == 1
+#define OWN(name) NAMED(IDENTIFIER, name)
+#else
+#define OWN(name) name
+#endif
+
 #define FUNCTION(call, function, parameters, arguments)  \
     int honest_##function parameters;                    \
-    int function parameters {                       \
+    int OWN(function) parameters {                       \
         Known *k = of(c);                            \
         int status = before(k, call);                \
         if (status) return status;                   \
@@ -252,7 +260,7 @@ static int before(Known *k, const char *call) {
     }
 #define STEP(function, parameters, arguments)            \
     int honest_##function parameters;                    \
-    int function parameters {                       \
+    int OWN(function) parameters {                       \
         Known *k = of(c);                            \
         k->time = t + h;                             \
         int status = before(k, "step");              \
@@ -263,7 +271,7 @@ static int before(Known *k, const char *call) {
     }
 #define GETTER(function, parameters, arguments)          \
     int honest_##function parameters;                    \
-    int function parameters {                       \
+    int OWN(function) parameters {                       \
         Known *k = of(c);                            \
         int status = before(k, "get");               \
         if (status) return status;                   \
@@ -277,7 +285,7 @@ static int before(Known *k, const char *call) {
     }
 #define FREEING(function)                                \
     void honest_##function(void *c);                     \
-    void function(void *c) {                        \
+    void OWN(function)(void *c) {                        \
         Known *k = of(c);                            \
         if (before(k, "free")) return;               \
         honest_##function(c);                            \
@@ -286,7 +294,7 @@ static int before(Known *k, const char *call) {
     }
 #define INSTANTIATION(function, parameters, arguments, logger, surroundings) \
     void *honest_##function parameters;                  \
-    void *function parameters {                     \
+    void *OWN(function) parameters {                     \
         Known *k = of(NULL);                         \
         *k = (Known){.environment = surroundings, .log = logger}; \
         strncpy(k->name, instance, sizeof k->name - 1); \
@@ -298,7 +306,18 @@ static int before(Known *k, const char *call) {
 
 typedef const unsigned *References;
 
-#if FMI == 2
+#if FMI == 1
+typedef struct { void (*log)(void); void *others[3]; } Callbacks;
+INSTANTIATION(fmiInstantiateSlave,
+    (const char *instance, const char *guid, const char *place, const char *mime, double timeout, char visible, char interactive, Callbacks f, char logging),
+    (instance, guid, place, mime, timeout, visible, interactive, f, logging), f.log, NULL)
+FUNCTION("initialise", fmiInitializeSlave, (void *c, double t0, char stops, double t1), (c, t0, stops, t1))
+GETTER(fmiGetReal, (void *c, References r, size_t n, double *v), (c, r, n, v))
+FUNCTION("set", fmiSetReal, (void *c, References r, size_t n, const double *v), (c, r, n, v))
+STEP(fmiDoStep, (void *c, double t, double h, char fresh), (c, t, h, fresh))
+FUNCTION("terminate", fmiTerminateSlave, (void *c), (c))
+FREEING(fmiFreeSlaveInstance)
+#elif FMI == 2
 typedef struct { void (*log)(void); void *others[3], *environment; } Callbacks;
 INSTANTIATION(fmi2Instantiate,
     (const char *instance, int type, const char *guid, const char *place, const Callbacks *f, int visible, int logging),

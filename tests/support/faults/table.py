@@ -7,7 +7,7 @@ from typing import Literal
 
 Outcome = Literal["fails", "ends", "either"]
 
-SET_UP = ("instantiate", "setup", "enter", "exit")
+SET_UP = ("instantiate", "setup", "enter", "exit", "initialise")
 RUNNING = ("get", "set", "step")
 STATES = ("save", "restore", "forget")
 BYTES = ("serialize",)
@@ -15,19 +15,20 @@ CLOSING = ("terminate", "free")
 EVERYWHERE = (*SET_UP, *RUNNING, *STATES, *BYTES, *CLOSING)
 
 NAMES: dict[str, dict[int, str]] = {
-    "instantiate": {2: "fmi2Instantiate", 3: "fmi3Instantiate"},
+    "instantiate": {1: "fmiInstantiateSlave", 2: "fmi2Instantiate", 3: "fmi3Instantiate"},
+    "initialise": {1: "fmiInitializeSlave"},
     "setup": {2: "fmi2SetupExperiment"},
     "enter": {2: "fmi2EnterInitializationMode", 3: "fmi3EnterInitializationMode"},
     "exit": {2: "fmi2ExitInitializationMode", 3: "fmi3ExitInitializationMode"},
-    "get": {2: "fmi2GetReal", 3: "fmi3GetFloat64"},
-    "set": {2: "fmi2SetReal", 3: "fmi3SetFloat64"},
-    "step": {2: "fmi2DoStep", 3: "fmi3DoStep"},
+    "get": {1: "fmiGetReal", 2: "fmi2GetReal", 3: "fmi3GetFloat64"},
+    "set": {1: "fmiSetReal", 2: "fmi2SetReal", 3: "fmi3SetFloat64"},
+    "step": {1: "fmiDoStep", 2: "fmi2DoStep", 3: "fmi3DoStep"},
     "save": {2: "fmi2GetFMUstate", 3: "fmi3GetFMUState"},
     "restore": {2: "fmi2SetFMUstate", 3: "fmi3SetFMUState"},
     "forget": {2: "fmi2FreeFMUstate", 3: "fmi3FreeFMUState"},
     "serialize": {2: "fmi2SerializeFMUstate", 3: "fmi3SerializeFMUState"},
-    "terminate": {2: "fmi2Terminate", 3: "fmi3Terminate"},
-    "free": {2: "fmi2FreeInstance", 3: "fmi3FreeInstance"},
+    "terminate": {1: "fmiTerminateSlave", 2: "fmi2Terminate", 3: "fmi3Terminate"},
+    "free": {1: "fmiFreeSlaveInstance", 2: "fmi2FreeInstance", 3: "fmi3FreeInstance"},
 }
 """Functions of each version of FMI, by the name of the call in a plan."""
 

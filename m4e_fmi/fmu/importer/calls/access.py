@@ -19,7 +19,7 @@ from weakref import finalize
 import numpy as np
 
 from m4e_fmi.fmu.importer.elements import locate
-from m4e_fmi.fmu.importer.messages import Status
+from m4e_fmi.fmu.importer.messages import WARNING, Status
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.runtime.library import library
 
@@ -328,7 +328,8 @@ class Access:
 
     They are read into consecutive cells; `taken` defines the cells for setting them, without it
     Reals are set from consecutive cells of float64. If a cell changes in reading, `changed`
-    (float64, one element) becomes 0. `component` is the record of an `instance` of FMI 3.0.
+    (float64, one element) becomes 0. `component` is the record of an `instance` of FMI 3.0,
+    `ready` is called before values are read.
     """
 
     def __init__(
@@ -339,12 +340,13 @@ class Access:
         *,
         instance: int | None,
         component: RawComponent | None,
+        ready: Callable[[], Status],
         taken: Sequence[Taken],
         changed: np.ndarray | None,
     ) -> None:
         self.names = tuple(names)
         self.taken = tuple(taken)
-        self._parts, self._holds = parts, (texts, changed, component)
+        self._ready, self._parts, self._holds = ready, parts, (texts, changed, component)
         functions = ("m4e_get_typed", "m4e_set_typed")
         self._get, self._set = (guarded(_MOVE, runtime_function(name)) for name in functions)
         self._raw_parts = (_RawPart * len(parts))(*(part.raw for part in parts))
@@ -378,7 +380,8 @@ class Access:
 
     def get(self, cells: np.ndarray) -> Status:
         """Read all into `cells` (n_cells,), int64, in the variables' units."""
-        return self._get(self.address, cells.ctypes.data)
+        status = self._ready()
+        return status if status > WARNING else self._get(self.address, cells.ctypes.data)
 
     def set(self, cells: np.ndarray) -> Status:
         """Set all from `cells` (n_cells,), int64, in the variables' units.

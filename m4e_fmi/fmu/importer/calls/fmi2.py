@@ -1,4 +1,4 @@
-"""FMI 2.0, for co-simulation and model exchange."""
+"""FMI 2.0, for co-simulation and model exchange, and FMI 1.0 for co-simulation, stand-alone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from fmpy import fmi2
+from fmpy import fmi1, fmi2
 
 from m4e_fmi.fmu.importer.calls.standard import (
     COUNT,
@@ -27,19 +27,33 @@ from m4e_fmi.fmu.importer.reading import Variable
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 """Of fmi2StatusKind."""
+_NAMES_1 = {
+    "fmi2FreeInstance": "fmiFreeSlaveInstance",
+    "fmi2ExitInitializationMode": "fmiInitializeSlave",
+    "fmi2Terminate": "fmiTerminateSlave",
+}
+"""Those of FMI 1.0 that are called otherwise."""
+FLAG_1 = ctypes.c_char
 _PLAIN = INT, POINTER
 _MOVE = INT, POINTER, POINTER, COUNT, POINTER
 _TYPES = "Real", "Integer", "Boolean", "String"
 
 
+def _for_both(prefix: str) -> dict[str, Signature]:
+    """Functions that are the same in FMI 1.0 and 2.0."""
+    return {
+        **{f"{prefix}{verb}{kind}": _MOVE for verb in ("Get", "Set") for kind in _TYPES},
+        f"{prefix}SetRealInputDerivatives": (INT, POINTER, POINTER, COUNT, POINTER, POINTER),
+        f"{prefix}GetRealStatus": (INT, POINTER, INT, POINTER),
+    }
+
+
 class Fmi2(Standard):
-    """One instance of FMI 2.0."""
+    """One instance of FMI 2.0; `TRUTH` is how a Boolean lies in memory."""
 
     VERSION = 2
     SIGNATURES: ClassVar[Mapping[str, Signature]] = {
-        **{f"fmi2{verb}{kind}": _MOVE for verb in ("Get", "Set") for kind in _TYPES},
-        "fmi2SetRealInputDerivatives": (INT, POINTER, POINTER, COUNT, POINTER, POINTER),
-        "fmi2GetRealStatus": (INT, POINTER, INT, POINTER),
+        **_for_both("fmi2"),
         "fmi2Instantiate": (POINTER, TEXT, INT, TEXT, TEXT, POINTER, INT, INT),
         "fmi2FreeInstance": (None, POINTER),
         "fmi2SetupExperiment": (INT, POINTER, INT, NUMBER, NUMBER, INT, NUMBER),
@@ -59,6 +73,7 @@ class Fmi2(Standard):
         ),
     }
     BYTE = ctypes.c_char
+    TRUTH: ClassVar[str] = "I32"
 
     _ended: dict[int, float]
     """Of each slot, when the FMU had asked for the end by then."""
@@ -103,7 +118,7 @@ class Fmi2(Standard):
             "Real": ("Real", "F64"),
             "Integer": ("Integer", "I32"),
             "Enumeration": ("Integer", "I32"),
-            "Boolean": ("Boolean", "I32"),
+            "Boolean": ("Boolean", self.TRUTH),
             "String": ("String", "TEXT"),
         }[variable.type]
 
@@ -171,3 +186,71 @@ class Fmi2(Standard):
 
     def name(self, function: str) -> str:
         return function
+
+
+class Fmi1(Fmi2):
+    """One instance of FMI 1.0, which declares no saved states and no directional derivatives.
+
+    There is no initialization mode: start values and inputs are set first, then the FMU is
+    initialised, and only then gives values. Here that happens when the first value is read.
+    """
+
+    VERSION = 1
+    SIGNATURES: ClassVar[Mapping[str, Signature]] = {
+        **_for_both("fmi"),
+        "fmiInstantiateSlave": (
+            *(POINTER, TEXT, TEXT, TEXT, TEXT, NUMBER, FLAG_1, FLAG_1),
+            *(fmi1.fmi1CallbackFunctions, FLAG_1),
+        ),
+        "fmiFreeSlaveInstance": (None, POINTER),
+        "fmiInitializeSlave": (INT, POINTER, NUMBER, FLAG_1, NUMBER),
+        "fmiTerminateSlave": _PLAIN,
+        "fmiDoStep": (INT, POINTER, NUMBER, NUMBER, FLAG_1),
+    }
+    TRUTH = "I8"
+
+    _experiment: tuple[float, int, float]
+    _initialised = False
+
+    def instantiate(
+        self,
+        name: str,
+        messages: Messages,
+        *,
+        exchange: bool = False,
+        events: bool = False,
+    ) -> None:
+        del exchange, events
+        self.component = self.function("fmi2InstantiateSlave")(
+            name.encode("utf-8"),
+            self._loaded.guid.encode("utf-8"),
+            self._loaded.folder.as_uri().encode("utf-8"),
+            b"application/x-fmu-sharedlibrary",
+            *(0.0, 0, 0),  # no time-out, invisible, not interactive
+            messages.callbacks_1(),
+            1,
+        )
+        if not self.component:
+            raise RuntimeError("fmiInstantiateSlave gave no component")
+
+    def setup(self, *, start: float, stop: float | None, tolerance: float | None) -> None:
+        del tolerance  # FMI 1.0 hands over none
+        self._experiment = start, int(stop is not None), stop or 0.0
+
+    def enter_initialization(self) -> None:
+        pass
+
+    def exit_initialization(self) -> None:
+        self.check(self.ready(), "fmi2ExitInitializationMode")
+
+    def ready(self) -> Status:
+        if self._initialised:
+            return 0
+        self._initialised = True
+        return self.call("ExitInitializationMode", *self._experiment)
+
+    def wants_end(self) -> bool:
+        return False
+
+    def name(self, function: str) -> str:
+        return _NAMES_1.get(function, function.replace("fmi2", "fmi"))

@@ -202,6 +202,7 @@ class Standard(ABC):
             texts,
             instance=self.component,
             component=self.events if self.SIZED else None,
+            ready=self.ready,
             taken=taken,
             changed=changed,
         )
@@ -225,10 +226,15 @@ class Standard(ABC):
             sized=self.SIZED,
         )
 
+    def ready(self) -> Status:
+        """Do what values need before they are read."""
+        return 0
+
     def values(self, names: Sequence[str]) -> list[Value]:
         """The present values of variables; an item of an enumeration by number."""
         if not names:
             return []
+        self.check(self.ready(), "fmi2ExitInitializationMode")
         access, cells = self.access(names), np.zeros(len(names), dtype=np.int64)
         self.check(access.get(cells), access.function(sets=False))
         reals = cells.view(np.float64)

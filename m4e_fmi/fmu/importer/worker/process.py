@@ -52,7 +52,7 @@ PASSED = (
     *("DYLD_LIBRARY_PATH", "VIRTUAL_ENV", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"),
 )
 """Variables of the environment that workers get."""
-ENDS = ("Terminate", "FreeInstance", "unloading")
+ENDS = ("Terminate", "FreeInstance", "FreeSlaveInstance", "unloading")
 """How the names of calls begin, without prefix, that have the limit for the end."""
 
 

@@ -198,7 +198,7 @@ def test_values_of_all_types_and_versions(
     """Reals go round as well, so that corrector and solver make each step several times."""
     if python:
         use_python(monkeypatch)
-    fmus = {"a": "kinds+state", "b": "3:kinds+state", "c": "kinds"}
+    fmus = {"a": "kinds+state", "b": "3:kinds+state", "c": "1:kinds"}
     if algorithm_descriptor(algorithm).needs_rollback:
         fmus["c"] = "3:kinds+state"
     of = {"a": 0.3, "b": 0.0, "c": 0.45}

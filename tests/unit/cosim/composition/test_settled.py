@@ -84,6 +84,7 @@ def settled(folder: Path, fmu: Path, text: str, start: str = "") -> tuple[Progra
     ("model", "start", "step"),
     [
         ("spring", "stiffness: 30, damping: 7", "0.05 m"),
+        ("1:spring", "stiffness: 30", "0.05 m"),
         ("3:spring", "stiffness: 30", "0.05 m"),
         ("mm_spring", "stiffness: 0.03", "0.1 mm"),
     ],
@@ -105,7 +106,7 @@ def test_a_spring_that_is_at_rest_at_once(
     )
 
 
-@pytest.mark.parametrize("model", ["lag", "3:lag"])
+@pytest.mark.parametrize("model", ["lag", "3:lag", "1:lag"])
 def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path, model: str) -> None:
     """y' = u − y: at rest y = u, and the slope at once would be 0."""
     program, told = settled(tmp_path, c_fmu(model), SIGNAL.format(y="y"))

@@ -41,10 +41,44 @@ def reworded(fmu: Path, path: Path, old: str, new: str) -> Path:
     return path
 
 
+ABILITY = 'canHandleVariableCommunicationStepSize="true"'
+
+
+@pytest.mark.parametrize("other", [ABILITY.replace("true", "false"), ""])
+def test_an_fmu_of_fmi_1_that_makes_steps_of_one_size_only(
+    c_fmu: Fmus, tmp_path: Path, other: str
+) -> None:
+    """Where it is not declared, FMI 1.0 takes it for false."""
+    assert not read_description(c_fmu("1:mass")).constant_step
+    fmu = reworded(c_fmu("1:mass"), tmp_path / "x.fmu", ABILITY, other)
+    assert read_description(fmu).constant_step
+
+
+def test_fmi_1_in_the_words_of_fmi_2(c_fmu: Fmus) -> None:
+    mass = read_description(c_fmu("1:mass"))
+    assert (mass.version, mass.saves_state, mass.input_order) == ("1.0", False, 0)
+    assert read_description(c_fmu("1:partner+inputs")).input_order == 2
+    force, x, m = (mass.variables[k] for k in ("body.m.force_x", "body.m.x", "mass"))
+    assert (force.causality, force.unit, force.value_reference) == ("input", "N", 3)
+    assert force.dimension is not None
+    assert force.dimension.si_text == "kg.m/s2"
+    assert (x.causality, x.initial) == ("output", "exact")
+    assert (m.causality, m.variability, m.initial) == ("parameter", "fixed", "exact")
+    assert mass.dependencies["body.m.ax"] == {"body.m.force_x"}
+    assert mass.dependencies["body.m.x"] == frozenset()
+    assert read_description(c_fmu("1:blind_spring")).undeclared == {"end.force_x"}
+
+
+def test_negated_aliases_are_left_out(c_fmu: Fmus, tmp_path: Path) -> None:
+    old, new = 'name="body.m.vx" ', 'name="body.m.vx" alias="negatedAlias" '
+    fmu = reworded(c_fmu("1:mass"), tmp_path / "x.fmu", old, new)
+    assert "body.m.vx" not in read_description(fmu).variables
+
+
 @pytest.mark.parametrize(
     ("fmu", "old", "new", "match"),
     [
-        ("1:mass", "guid", "guid", "of FMI 1.0"),
+        ("1:mass", "CoSimulation_StandAlone>", "CoSimulation_Tool>", r"CoSimulation_Tool.*start"),
         (
             "3:mass",
             "</ModelVariables>",
@@ -103,20 +137,24 @@ def test_single_elements_and_single_precision_are_connected(
     assert found == [[t, 27.0, 3 * t, 1.5, 6 * t] for t in (0.0, 0.25, 0.5)]
 
 
+@pytest.mark.parametrize("version", ["1:", "3:"])
 @pytest.mark.parametrize(("what", "message"), [(2.0, "Discard"), (3.0, "Error"), (4.0, "Fatal")])
-def test_failures_are_told_in_the_fmus_own_words(c_fmu: Fmus, what: float, message: str) -> None:
-    rogue = Component("a", FmuFile(c_fmu("3:rogue")), {"what": what, "when": 0.15})
+def test_failures_are_told_in_the_fmus_own_words(
+    c_fmu: Fmus, version: str, what: float, message: str
+) -> None:
+    rogue = Component("a", FmuFile(c_fmu(f"{version}rogue")), {"what": what, "when": 0.15})
     system = System("s", (rogue,), (), Simulation(1.0, 0.1, "jacobi"))
     with pytest.raises(RunError, match=f"DoStep answered {message}.*the pump ran dry"):
         run(system)
 
 
-def test_units_are_converted(c_fmu: Fmus) -> None:
+@pytest.mark.parametrize("version", ["1:", "3:"])
+def test_units_are_converted(c_fmu: Fmus, version: str) -> None:
     """1 kg on 1 N/m, in metres and in millimetres; the stiffnesses are the same number in N."""
 
     def last(body: str, **start: float) -> float:
         links = ("a.body.m.x -> b.end.x", "b.end.force_x -> a.body.m.force_x")
-        names = {"a": f"3:{body}", "b": "spring"}
+        names = {"a": f"{version}{body}", "b": "spring"}
         settings = Simulation(1.0, 0.01, "gauss_seidel")
         given = system(c_fmu, names, *links, start={"a": start}, simulation=settings)
         return watched(given, "b.end.x")[-1][0]
@@ -125,3 +163,11 @@ def test_units_are_converted(c_fmu: Fmus) -> None:
     millimetres = last("mm_mass", **{"mass": 1e-3, "body.m.x": 1000.0})
     assert metres == pytest.approx(np.cos(1.0), abs=1e-3)
     assert millimetres == pytest.approx(metres, rel=1e-9)
+
+
+def test_fmi_1_takes_all_values_before_it_is_initialised(c_fmu: Fmus) -> None:
+    """The FMU refuses values that are asked before, and parameters that are set after."""
+    names = {**dict.fromkeys("abc", "1:stage"), "d": "stage"}
+    chain = ("d.y -> c.u", "c.y -> b.u", "b.y -> a.u")
+    start = {**{name: {"gain": 2.0} for name in "abc"}, "d": {"u": 5.0}}
+    assert watched(system(c_fmu, names, *chain, start=start), "a.y")[0] == [40.0]

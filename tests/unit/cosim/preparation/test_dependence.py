@@ -71,7 +71,7 @@ def compared(given: System, name: str, true: Callable) -> tuple[float, float, Ou
     ("version", "algorithm", "options"),
     [
         ("", "corrector", "+state"),
-        ("", "gauss_seidel", ""),
+        ("1:", "gauss_seidel", ""),
         ("3:", "jacobi", ""),
         ("3:", "implicit", "+state"),
     ],
@@ -95,6 +95,7 @@ def test_a_ring_that_declares_nothing_is_coupled_as_one_that_does(
         ("jacobi", "", 20.0),
         ("gauss_seidel", "3:", 2.0),
         ("corrector", "", 0.5),
+        ("corrector", "1:", 20.0),
         ("corrector", "+state", 2.0),
         ("implicit", "+state", 20.0),
     ],
@@ -255,12 +256,12 @@ def test_a_delay_is_of_first_order_and_certified(c_fmu: Fmus, algorithm: str) ->
 
 def test_every_remedy_for_a_loop_without_solution_leads_to_a_run(c_fmu: Fmus) -> None:
     """y₁ = y₂ + t, y₂ = y₁ + t."""
-    given = ring(c_fmu, "blind_stage", gain=1.0).changed(stop_time=1.0)
+    given = ring(c_fmu, "1:blind_stage", gain=1.0).changed(stop_time=1.0)
     with pytest.raises(RunError, match=r"loop of a\.u, b\.u is singular at t = 0 s") as caught:
         run(given)
     remedies = ("signs of the connections", "', delayed'", "`dependencies`")
     assert all(text in str(caught.value) for text in remedies)
-    run(ring(c_fmu, "blind_stage", gain=-1.0))
+    run(ring(c_fmu, "1:blind_stage", gain=-1.0))
     assert run(replace(given, connections=(RING[0], f"{RING[1]}, delayed"))).order == 1
     run(stated(given, y=[]))
 
@@ -290,7 +291,9 @@ def silenced(fmu: Path, folder: Path) -> Path:
     return silent
 
 
-@pytest.mark.parametrize(("version", "option"), [("", ""), ("", "+through"), ("3:", "+through")])
+@pytest.mark.parametrize(
+    ("version", "option"), [("", ""), ("", "+through"), ("1:", ""), ("3:", "+through")]
+)
 def test_values_of_all_types_are_probed(
     c_fmu: Fmus, tmp_path: Path, version: str, option: str
 ) -> None:

@@ -112,7 +112,7 @@ def test_checkpoints_that_are_asked_for_and_not_taken_are_told(c_fmu: Fmus, tmp_
     ]
 
 
-@pytest.mark.parametrize(("of", "options"), [("", "+state"), ("", "")])
+@pytest.mark.parametrize(("of", "options"), [("1:", ""), ("", "+state"), ("", "")])
 def test_fmus_without_states_in_bytes_have_no_checkpoints(
     c_fmu: Fmus, tmp_path: Path, of: str, options: str
 ) -> None:
