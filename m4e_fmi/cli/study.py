@@ -7,6 +7,7 @@ from pathlib import Path
 
 from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
 from m4e_fmi.cli.shared.options import EXIT_FAILED, add_options, report_file
+from m4e_fmi.errors import InputError
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -25,7 +26,7 @@ def add(command: argparse.ArgumentParser) -> None:
         "--output-file",
         type=Path,
         metavar="FILE",
-        help="the result (.nc); default build/NAME.nc",
+        help="the result (.nc, or .csv as a long table); default build/NAME.nc",
     )
     add_options(
         command,
@@ -62,6 +63,9 @@ def _run(options: argparse.Namespace) -> int:
     study = load_study(options.study)
     output = options.output_file or options.build_folder / f"{file_stem(study.name)}.nc"
     report = report_file(options, output)
+    if report and output.suffix.lower() != ".nc":
+        message = "--report is made from a netCDF file"
+        raise InputError.single(message, "let --output-file end with .nc", str(output))
     with runs_progress() as progress:
         outcome = run_study(
             study,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import platform
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +23,8 @@ from m4e_fmi.threads import PROCESS
 if TYPE_CHECKING:
     import xarray
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of texts that spreadsheets take for formulas."""
 Label = tuple[str, str]
 """Unit and description."""
 
@@ -204,13 +207,39 @@ def _rows(series: Sequence[np.ndarray], count: int) -> np.ndarray:
 
 
 def write_dataset(found: xarray.Dataset, path: Path) -> None:
-    """Write a data set as netCDF, whole or not at all.
+    """Write a data set as netCDF, or as a long table by the suffix .csv, whole or not at all.
 
     RunError if it cannot be written.
     """
     with written(path) as part:
+        if path.suffix.lower() == ".csv":
+            _write_table(found, part)
+            return
         try:
             with PROCESS:
                 found.to_netcdf(part, engine="netcdf4")
         except RuntimeError as error:  # what netCDF4 makes of a full disk
             raise OSError(str(error)) from error
+
+
+def _write_table(found: xarray.Dataset, path: Path) -> None:
+    """A row for each run: its varied quantities, then its results; no series."""
+    names = [n for n in found.variables if not {"time", "row"} & {*found[n].dims}]
+    order = [*(n for n in names if n in found.coords), *(n for n in names if n in found.data_vars)]
+    dims = list(found["failure"].dims)
+    like = found["failure"].reset_coords(drop=True)
+    columns = {n: found[n].broadcast_like(like).transpose(*dims).values.ravel() for n in order}
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        heads = []
+        for name in columns:
+            unit = found[name].attrs.get("units", "")
+            heads.append(f"{name} [{unit}]" if unit not in ("", "1") else str(name))
+        writer.writerow(heads)
+        cells = ([_plain(cell) for cell in column.tolist()] for column in columns.values())
+        writer.writerows(zip(*cells, strict=True))
+
+
+def _plain(cell: object) -> object:
+    """A cell; a text that a spreadsheet would take for a formula with an apostrophe before it."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell

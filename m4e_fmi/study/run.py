@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 STORE = "kept_runs.sqlite"
 """File of kept runs in the build folder."""
-SUFFIXES = (".nc",)
+SUFFIXES = (".nc", ".csv")
 
 NO_RUN = Record(wall_time=math.nan)
 """The record of a point that is not run."""
@@ -76,7 +76,7 @@ def run_study(
     Runs of a system are made by `jobs` processes (default: one for each processor), or by any
     `executor`, as Dask's; those of one program by the C library in threads. Each that is done is
     kept in `build_directory`, unless it failed. With `fresh`, all are made again. `output` is a
-    file for the result, netCDF. `progress` is called after each run, `tell` with lines on
+    file for the result, netCDF or `.csv`. `progress` is called after each run, `tell` with lines on
     what is built, and with each kind of warning when it first occurs.
 
     A run that fails leaves nan, and its reason. InputError with all problems of the study and its
@@ -144,6 +144,8 @@ def _records(
     kept = done = sum(own[key] for key in by_key)
     first = {keys[run]: run for run in reversed(runs) if keys[run] not in by_key}
     missing = sorted(first.values())
+    took = f", the last took {[*by_key.values()][-1].wall_time:.2g} s" if by_key else ""
+    tell(f"{kept} runs kept, {count - kept} to make{took}")
     if progress:
         progress(done, count)
     try:

@@ -26,11 +26,14 @@ EXAMPLE = Path(__file__).parents[3] / "examples/power_matrix/study.yaml"
 def test_a_study_prints_tables_and_writes_its_files(said: Said) -> None:
     written_study(Path(), STUDY)
     text = said("study", "study.yaml")
+    assert "0 runs kept, 4 to make\n" in text
     assert "carts: 4 runs, 4 made" in text
     assert "swing [rad]: maximum of joint.hinge.q" in text
     assert Path("build/carts.nc").is_file()
-    assert "0 made, 4 kept from before" in said("study", "study.yaml", "--output-file", "t.nc")
-    assert "use .nc" in said("study", "study.yaml", "--output-file", "t.csv", code=2)
+    again = said("study", "study.yaml", "--output-file", "t.csv")
+    assert "4 runs kept, 0 to make, the last took" in again
+    assert "0 made, 4 kept from before" in again
+    assert len(Path("t.csv").read_text("utf-8").splitlines()) == 5
 
 
 @pytest.mark.usefixtures("here")
@@ -41,6 +44,8 @@ def test_a_study_writes_its_report(said: Said) -> None:
     assert "m4e-fmi study study.yaml --report" in page
     assert "carts: 4 runs, 4 made" in page
     assert "cart.model.yaml" in page
+    given = ["study", "study.yaml", "--output-file", "t.csv", "--report", "r.html"]
+    assert "--report is made from a netCDF file" in said(*given, code=2)
     said("study", "study.yaml", "--report", "r.pdf", code=2)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 from concurrent.futures import ThreadPoolExecutor
@@ -91,8 +92,12 @@ def test_files_are_labelled_and_tell_what_the_study_began_with(
     (system,) = (one for one in record["inputs"] if one["name"] == "system.yaml")
     assert system["text"] == SYSTEM
     assert system["sha256"] == hashlib.sha256(SYSTEM.encode()).hexdigest()
-    kept = made(folder / "study.yaml", output=folder / "other.nc")
+    kept = made(folder / "study.yaml", output=folder / "out.csv")
     np.testing.assert_array_equal(kept.data["pto.force"], outcome.data["pto.force"])
+    rows = list(csv.DictReader((folder / "out.csv").open(encoding="utf-8")))
+    power = [float(row["power [W]"]) for row in rows]
+    np.testing.assert_array_equal(power, outcome.data["power"].values.ravel())
+    assert [row["k [N/m]"] for row in rows[:3]] == ["30.0", "40.0", "50.0"]
 
 
 def test_processes_give_the_same_bits(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from pathlib import Path
 
@@ -161,3 +162,12 @@ def test_whole_numbers_and_names_that_files_do_not_have(tmp_path: Path) -> None:
         assert found["seed"].values.tolist() == [1.0, 1e30]
         assert found.attrs["source"] == "folder?"
         assert str(found["failure"].values[1, 1]) == f"{ODD}?"
+
+
+def test_a_table_has_no_formulas(tmp_path: Path) -> None:
+    path = tmp_path / "s.csv"
+    write_dataset(odd_dataset(), path)
+    head, first, second, *_ = csv.reader(path.read_text("utf-8").splitlines())
+    assert first[head.index("z")] == "-1.5"
+    assert second[head.index("kind")] == "'-x"
+    assert second[head.index("failure")] == f"'{ODD}?"
