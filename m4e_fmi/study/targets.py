@@ -112,7 +112,7 @@ def made_for(
     make: Callable[[Combination], Made],
     located: Callable[[Problem], Problem] = lambda problem: problem,
 ) -> dict[Combination, Made]:
-    """What `make` gives for each of the `combinations` of values of varied keys by `names`.
+    """Results of `make` for each of the `combinations` of values of varied keys by `names`.
 
     InputError with all problems, `located`, each by the first values that have it.
     """
