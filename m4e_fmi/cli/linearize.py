@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files, show_result
+from m4e_fmi.cli.shared.log import show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
@@ -41,17 +41,12 @@ def add(command: argparse.ArgumentParser) -> None:
         command.add_argument(flag, nargs="+", action="extend", metavar="NAME", help=text)
     add_options(command, "--start-value")
     command.add_argument("--json", action="store_true", help="print everything as JSON")
-    command.add_argument(
-        "--output-file", type=Path, metavar="FILE", help="write A, B, C, D, M, C, K here (JSON)"
-    )
     command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    import json
 
     from m4e_fmi.analysis import equilibrium, linearize, modes
-    from m4e_fmi.files.writing import written
     from m4e_fmi.report import linear_json, linear_text
 
     model, at = load_equations(options), start_values(options)
@@ -68,7 +63,3 @@ def _run(options: argparse.Namespace) -> None:
     found = modes(linear)
     values = linear_json(linear, found)
     show_result(linear_text(linear, found, title=POINTS[options.at]), values, options)
-    if options.output_file:
-        with written(options.output_file) as part:
-            part.write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
-        print_files([options.output_file], options)

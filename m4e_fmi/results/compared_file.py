@@ -156,7 +156,7 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
     """
     found, is_table = read_compared(path), path.suffix.lower() in SUFFIXES
     numbers = {n: one for n, one in found.quantities.items() if not one.held}
-    chosen = _column(path, numbers, name) if is_table else _variable(path, numbers, name)
+    chosen = _chosen(path, numbers, name)
     motion = MOTIONS.get(re.split(r"[\s._]+", chosen.name.lower())[-1], "")
     notes = [*found.notes] if is_table else []
     if chosen.unit is None and motion in TURNS:
@@ -192,32 +192,18 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
     )
 
 
-def _column(path: Path, columns: Mapping[str, TableVariable], name: str | None) -> TableVariable:
-    """The column of a table whose name, with or without its unit, is `name`."""
-    if name is None and len(columns) == 1:
-        return next(iter(columns.values()))
+def _chosen(path: Path, known: Mapping[str, TableVariable], name: str | None) -> TableVariable:
+    """The variable whose name, with or without its unit, is `name`; without one the only one."""
+    if name is None and len(known) == 1:
+        return next(iter(known.values()))
     if name is None:
-        remedy = f"name one with --column; {suggestion('', columns, 'columns')}"
-        raise InputError.single(f"has {len(columns)} columns beside the time", remedy, str(path))
-    plain = name if name in columns else heading(name)[0]
-    if plain not in columns:
-        remedy = suggestion(name, columns, "columns")
-        raise InputError.single(f"no column {name!r}", remedy, str(path))
-    return columns[plain]
-
-
-def _variable(
-    path: Path, variables: Mapping[str, TableVariable], name: str | None
-) -> TableVariable:
-    """The variable `name` of results."""
-    if name is None:
-        motions = [n for n, one in variables.items() if one.unit in ("m", "rad", "deg")]
-        remedy = f"name one with --variable; {suggestion('', motions, 'motions')}"
-        raise InputError.single("has many variables", remedy, str(path))
-    if name not in variables:
+        remedy = f"name one with --variable; {suggestion('', known, 'variables')}"
+        raise InputError.single(f"has {len(known)} variables beside the time", remedy, str(path))
+    plain = name if name in known else heading(name)[0]
+    if plain not in known:
         message = f"has no variable {name!r} that is a number"
-        raise InputError.single(message, suggestion(name, variables, "variables"), str(path))
-    return variables[name]
+        raise InputError.single(message, suggestion(name, known, "variables"), str(path))
+    return known[plain]
 
 
 def _unit(

@@ -191,28 +191,20 @@ def _load(path: Path) -> Results:
     raise InputError.single(message, remedy, str(path))
 
 
-def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
-    """Dimensions of all variables of a netCDF-4 file, by name; those of groups as ``group.name``.
-
-    Empty for any other file, and for one that cannot be read.
-    """
+def is_of_study(path: Path) -> bool:
+    """True for a netCDF-4 file with the result of a study; False if it cannot be read."""
     if not is_file(path):
-        return {}
+        return False
     with path.open("rb") as head:
         if head.read(len(_HDF5)) != _HDF5:
-            return {}
+            return False
     from netCDF4 import Dataset
 
     try:
         with PROCESS, Dataset(path) as file:
-            groups = {"": file, **{f"{name}.": group for name, group in file.groups.items()}}
-            return {
-                prefix + name: variable.dimensions
-                for prefix, group in groups.items()
-                for name, variable in group.variables.items()
-            }
+            return "study" in file.ncattrs()
     except (OSError, RuntimeError):
-        return {}
+        return False
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from m4e_fmi.cosim.system.component import Kind, kind_of
 from m4e_fmi.cosim.system.start_values import is_settable
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.files.sections import keys_at, types_at
 from m4e_fmi.fmu import Description
+from m4e_fmi.study.given.sections import Scalar
 
 SIMULATION = "simulation"
 FIXED = ("kind", "model", "fmu", "start")
@@ -65,6 +66,9 @@ class StartTarget:
 
 
 Data = TypeVar("Data")
+Made = TypeVar("Made")
+Combination = tuple[Scalar, ...]
+"""Values of the varied keys of one component, or of a model's file."""
 Target = SettingTarget | KeyTarget | StartTarget
 Targets = Mapping[str, Target]
 
@@ -100,6 +104,29 @@ def system_target(system: System, descriptions: Mapping[str, Description], name:
     remedy = suggestion(rest, dict.fromkeys(known), "names")
     message = f"{name}: {component} has no key and no start value {rest!r}"
     raise InputError.single(message, remedy)
+
+
+def made_for(
+    combinations: Iterable[Combination],
+    names: Sequence[str],
+    make: Callable[[Combination], Made],
+    located: Callable[[Problem], Problem] = lambda problem: problem,
+) -> dict[Combination, Made]:
+    """Results of `make` for each of the `combinations` of values of varied keys by `names`.
+
+    InputError with all problems, `located`, each by the first values that have it.
+    """
+    found, problems = dict[Combination, Made](), dict[Problem, Problem]()
+    for one in dict.fromkeys(combinations):
+        try:
+            found[one] = make(one)
+        except InputError as error:
+            told = ", ".join(f"{name} = {value}" for name, value in zip(names, one, strict=True))
+            for problem in map(located, error.problems):
+                message = f"{problem.message} (with {told})" if told else problem.message
+                problems.setdefault(problem, replace(problem, message=message))
+    InputError.raise_for(problems.values())
+    return found
 
 
 def location_of(text: str) -> Location:

@@ -43,7 +43,7 @@ wanted: {force: {variable: pto.force, statistic: maximum}}
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_no_run_is_lost_or_made_twice_after_a_kill(tmp_path: Path) -> None:
     path = written_study(tmp_path, STUDY)
-    command = [sys.executable, "-m", "m4e_fmi", "study", str(path), "--jobs", "1", "--no-plot"]
+    command = [sys.executable, "-m", "m4e_fmi", "study", str(path), "--jobs", "1"]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL) as process:
         store = tmp_path / "build" / STORE
         until = time.monotonic() + 60.0

@@ -40,9 +40,6 @@ def _add_pairs(command: argparse.ArgumentParser) -> None:
         "factor and offset in the variable's unit: 'heave * -1 + 0.5=buoy.body.float.z'",
     )
     command.add_argument(
-        "--map-file", type=Path, metavar="YAML", help="such pairs, as lines `column: variable`"
-    )
-    command.add_argument(
         "--variables", nargs="+", metavar="NAME", help="of FILE; default all that both have"
     )
 
@@ -103,7 +100,7 @@ def _run(options: argparse.Namespace) -> int:
         options.file,
         options.reference,
         variables=options.variables,
-        mapping=_mapping(options.map, options.map_file),
+        mapping=_mapping(options.map),
         time_shift=options.time_shift,
         start_time=options.start_time,
         stop_time=options.stop_time,
@@ -118,7 +115,7 @@ def _run(options: argparse.Namespace) -> int:
     return 0 if found.is_within else EXIT_FAILED
 
 
-def _mapping(given: Sequence[str], file: Path | None) -> dict[str, str]:
+def _mapping(given: Sequence[str]) -> dict[str, str]:
     """Names in FILE by those in the reference; InputError with all pairs that are wrong."""
     pairs = [text.rpartition("=") for text in given]
     problems = [
@@ -127,16 +124,6 @@ def _mapping(given: Sequence[str], file: Path | None) -> dict[str, str]:
         if not (column.strip() and variable.strip())
     ]
     found = [(column.strip(), variable.strip()) for column, _, variable in pairs]
-    if file is not None:
-        from m4e_fmi.files.document import Document
-
-        document = Document.load(file)
-        for column, variable in document.data.items():
-            if isinstance(variable, str) and isinstance(column, str):
-                found.append((column, variable))
-            else:
-                message = f"expected a variable's name for {column!r}"
-                problems.append(document.problem((column,), message, "as heave: buoy.body.float.z"))
     counts = Counter(column for column, _ in found)
     problems += [
         Problem(f"column {column!r} is mapped {count} times", "map it once")

@@ -15,11 +15,12 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "record", type=Path, metavar="FILE", help="a table with a time, or results (netCDF)"
     )
-    for flag, text in (
-        ("--column", "of a table: the motion; default the one beside the time"),
-        ("--variable", "of results: the motion, as component.variable"),
-    ):
-        command.add_argument(flag, metavar="NAME", help=text)
+    command.add_argument(
+        "--variable",
+        metavar="NAME",
+        help="the motion: a column of a table, or component.variable of results; default the only "
+        "one beside the time",
+    )
     for flag, text in (
         ("--from", "start of the part that is fitted; default the first peak after the release"),
         ("--to", "its end; default the end of the record"),
@@ -47,7 +48,7 @@ def _run(options: argparse.Namespace) -> None:
     path: Path = options.record
     picture = options.output_file or Path(BUILD_FOLDER) / f"{path.stem}_decay.png"
     check_picture_path(picture)
-    motion = read_measured(path, options.column or options.variable)
+    motion = read_measured(path, options.variable)
     try:
         found = fit_decay(motion.time, motion.values, start=options.from_, end=options.to_)
     except InputError as error:
@@ -65,14 +66,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _check(options: argparse.Namespace) -> None:
     """InputError with all options that do not go together."""
-    from m4e_fmi.files.csv_columns import SUFFIXES
-
-    table = options.record.suffix.lower() in SUFFIXES
     wrong = []
-    if table and options.variable:
-        wrong.append(Problem("--variable is for results (netCDF)", "name the --column of a table"))
-    if options.column and not table:
-        wrong.append(Problem("--column is for tables", "name the --variable of results"))
     if options.mass and options.stiffness:
         message = "--mass and --stiffness: the period gives the one from the other"
         wrong.append(Problem(message, "leave one out"))

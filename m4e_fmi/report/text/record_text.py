@@ -16,10 +16,6 @@ if TYPE_CHECKING:
     from m4e_fmi.results.compared_file import Measured
 
 MOST_DECREMENTS = 12
-TWO = 2.0
-"""Standard errors within which a value counts as 0."""
-NEGLIGIBLE = 1e-6
-"""Damping ratio at the release that counts as 0."""
 _LINEAR = {"m": "N.s/m", "rad": "N.m.s/rad"}
 _QUADRATIC = {"m": "N.s2/m2", "rad": "N.m.s2/rad2"}
 _MASS = {"m": "kg", "rad": "kg.m2"}
@@ -30,7 +26,7 @@ Row = tuple[str, str, "Estimate", str]
 
 
 def decay_text(decay: Decay, motion: Measured, *, mass: float, stiffness: float) -> str:
-    """Table of the values, decrements, the line for a model, notes; `mass` [kg, kg.m2] and
+    """Table of the values, decrements, notes; `mass` [kg, kg.m2] and
     `stiffness` [N/m, N.m/rad] are 0 where they are not known."""
     unit, window = motion.unit, decay.window
     lines = [
@@ -49,7 +45,6 @@ def decay_text(decay: Decay, motion: Measured, *, mass: float, stiffness: float)
         f"residual (root mean square): {100 * decay.residual_share:.3g} % of the release of "
         f"{decay.release:.4g} {unit}",
         *_decrements(decay, unit),
-        *_for_model(decay, motion, mass, stiffness),
     ]
     notes = [f"note: {note}" for note in (*motion.notes, *decay_notes(decay))]
     return "\n".join([*lines, *([""] if notes else []), *notes])
@@ -128,24 +123,6 @@ def _decrements(decay: Decay, unit: str) -> Iterator[str]:
     )
     if (more := len(peaks.between) - MOST_DECREMENTS) > 0:
         yield f"  and {more} of smaller amplitudes"
-
-
-def _for_model(decay: Decay, motion: Measured, mass: float, stiffness: float) -> Iterator[str]:
-    """The key of `kind: hydrodynamics` that has the quadratic damping."""
-    if not (mass or stiffness):
-        return
-    found = decay.quadratic_coefficient(mass=mass, stiffness=stiffness)
-    highest = max(0.0, found.value + TWO * found.error)
-    name = motion.motion or ("heave" if motion.unit == "m" else "pitch")
-    yield ""
-    of_release = decay.equivalent_ratio(decay.release).value - decay.damping_ratio.value
-    if found.value < TWO * found.error or of_release < NEGLIGIBLE:
-        yield (
-            "for a body of kind: hydrodynamics: no drag, as quadratic damping is 0 within two "
-            f"standard errors; at most {{{name}: {highest:.3g}}}"
-        )
-    else:
-        yield f"for a body of kind: hydrodynamics:  drag: {{{name}: {found.value:.6g}}}"
 
 
 MOST_ROWS = 40

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,8 +14,8 @@ from m4e_fmi.program import Program, Variable
 from m4e_fmi.simulate import started
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.names import Named, ProgramOfStudy, model_problems, named, system_problems
-from m4e_fmi.study.systems.variants import Combination, bare_code, starts_of
-from m4e_fmi.study.targets import KeyTarget
+from m4e_fmi.study.systems.variants import bare_code, starts_of
+from m4e_fmi.study.targets import Combination, KeyTarget, made_for
 from m4e_fmi.units import number_in
 
 
@@ -133,34 +133,24 @@ def program_runs(study: Study, *, tell: Callable[[str], None]) -> ProgramRuns:
     of: dict[Combination, tuple[Version, np.ndarray]] = {}
     runs = ProgramRuns(named(study, program), of)
     versions: dict[str, Version] = {}
-    problems: list[Problem] = []
-    grid = runs.named.study.grid
-    for run in grid.runs:
-        own = runs.combinations[run]
-        if own in of:
-            continue
+    grid, stated = runs.named.study.grid, runs.named.study.start
+    first_of = {runs.combinations[run]: run for run in reversed(grid.runs)}
+
+    def make(own: Combination) -> tuple[Version, np.ndarray]:
         given = dict(zip(runs.keys.values(), own, strict=True))
-        try:
-            made, model = program.made(given) if given else (program.program, program.model)
-            # angles of attitudes become states; what varies keeps the program's value
-            known, stated = {v.name for v in starts_of(made)}, runs.named.study.start
-            first = {n: v for n, v in grid.values(run).items() if n in known}
-            checked = starts_of(started(made, {**first, **stated}, model))
-            made = made.with_start(
-                {v.name: v.start for v in checked if v.name in stated or v.name not in first}
-            )
-        except InputError as error:
-            told = ", ".join(f"{n} = {v}" for n, v in zip(runs.keys, own, strict=True))
-            problems += [
-                replace(p, message=f"{p.message} (with {told})") if told else p
-                for p in error.problems
-            ]
-            of[own] = Version(program.program, ""), np.empty(0)
-            continue
+        made, model = program.made(given) if given else (program.program, program.model)
+        # angles of attitudes become states; what varies keeps the program's value
+        known = {v.name for v in starts_of(made)}
+        first = {n: v for n, v in grid.values(first_of[own]).items() if n in known}
+        checked = starts_of(started(made, {**first, **stated}, model))
+        made = made.with_start(
+            {v.name: v.start for v in checked if v.name in stated or v.name not in first}
+        )
         code = bare_code(made)
         version = versions.setdefault(code, Version(made, code, model))
-        of[own] = version, np.array([v.start for v in starts_of(made)])
-    if not problems and program.system is not None:
-        problems += system_problems(runs.named, program.system.system)
-    InputError.raise_for(dict.fromkeys(problems or runs.model_problems()))
+        return version, np.array([v.start for v in starts_of(made)])
+
+    of |= made_for((runs.combinations[run] for run in grid.runs), [*runs.keys], make)
+    problems = system_problems(runs.named, program.system.system) if program.system else ()
+    InputError.raise_for(dict.fromkeys([*problems] or runs.model_problems()))
     return runs

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.report.run_report.of_run import SUFFIX, report_of_run
 from m4e_fmi.report.web.markup import paragraph
 from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
-from m4e_fmi.results.results_file import dimensions_of
+from m4e_fmi.results.results_file import is_of_study
 from m4e_fmi.study.report.annual import annual, contributions
 from m4e_fmi.study.report.content import content_of
-from m4e_fmi.study.report.result import OF_RUNS, StudyResult, load_study_result
+from m4e_fmi.study.report.result import StudyResult, load_study_result
 from m4e_fmi.study.report.summary import reproduction, summary
 
 OWN = "m4e_fmi.study.report"
@@ -93,12 +92,5 @@ def write_report(results: str | Path, path: str | Path | None = None) -> Path:
     """
     file = as_path(results)
     page = file.with_suffix(SUFFIX) if path is None else Path(path)
-    found = dimensions_of(file)
-    if all(dimensions == ("time",) for dimensions in found.values()):
-        return report_of_run(file, page)
-    if all(name in found for name in OF_RUNS):  # every study has these
-        return report_of_study(file, page)
-    over = ", ".join(dict.fromkeys(name for names in found.values() for name in names))
-    message = f"has numbers over {over or 'no dimension'}: it is of no run, simulation or study"
-    remedy = "give what `m4e-fmi run`, `m4e-fmi simulate` or `m4e-fmi study` has written"
-    raise InputError.single(message, remedy, str(file))
+    report = report_of_study if is_of_study(file) else report_of_run
+    return report(file, page)

@@ -11,19 +11,16 @@ import hashlib
 import marshal
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
-from m4e_fmi.cosim.preparation.components import WARNING, drafted
+from m4e_fmi.cosim.preparation.components import WARNING, Draft, drafted
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_component
-from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Location
 from m4e_fmi.program import Program, Variable
-from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.targets import dotted, with_values
+from m4e_fmi.study.targets import Combination, dotted, made_for, with_values
 
-Combination = tuple[Scalar, ...]
-"""Values of the varied keys of one component."""
 _GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 _NO_REFERENCES = 2
 """Version of marshal's form in which equal operations have equal bytes."""
@@ -78,23 +75,18 @@ def variants(
     document = system.document
     assert document is not None
     components = document.data["components"]
-    problems: dict[Problem, Problem] = {}
+
+    def make(one: Combination) -> tuple[Component, Draft]:
+        section = with_values(components[name], dict(zip(keys, one, strict=True)))
+        data = {**document.data, "components": {**components, name: section}}
+        component = read_component(document.with_data(data), name)
+        return component, drafted(system, component)
+
+    made_of = made_for(combinations, [*map(dotted, keys)], make, partial(system.located, name))
     builds: list[Build] = []
     by_code: dict[str, int] = {}
     of: dict[Combination, Variant] = {}
-    for one in dict.fromkeys(combinations):
-        try:
-            section = with_values(components[name], dict(zip(keys, one, strict=True)))
-            data = {**document.data, "components": {**components, name: section}}
-            component = read_component(document.with_data(data), name)
-            draft = drafted(system, component)
-        except InputError as error:
-            told = ", ".join(f"{dotted(k)} = {v}" for k, v in zip(keys, one, strict=True))
-            for found in error.problems:
-                problem = system.located(name, found)
-                told_of = replace(problem, message=f"{problem.message} (with {told})")
-                problems.setdefault(problem, told_of)
-            continue
+    for one, (component, draft) in made_of.items():
         program = draft.made if isinstance(draft.made, Program) else None
         made = Build(component, one, starts_of(program) if program else None)
         bare = bare_code(program) if program else repr((component.source, one))
@@ -106,7 +98,6 @@ def variants(
         pairs = zip(builds[number].variables or (), made.variables or (), strict=True)
         start = {new.name: new.start for old, new in pairs if repr(new.start) != repr(old.start)}
         of[one] = Variant(number, component, start, warnings)
-    InputError.raise_for(problems.values())
     return Variants(name, tuple(keys), tuple(builds), of)
 
 

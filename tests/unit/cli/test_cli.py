@@ -236,13 +236,11 @@ def test_linearize_the_paper_s_double_pendulum(capsys) -> None:
     assert "no motion grows" in text
 
 
-def test_linearize_as_json(here, capsys) -> None:
+def test_linearize_as_json(capsys) -> None:
     arguments = ["--inputs", "joint.elbow.effort", "--outputs", "point.tip.x", "--json"]
     arguments += ["--inputs", "joint.shoulder.effort"]
-    file = ["--output-file", "linear/pendulum.json"]
-    assert main(["linearize", str(PENDULUM), *arguments, *file]) == 0
+    assert main(["linearize", str(PENDULUM), *arguments]) == 0
     printed = json.loads(capsys.readouterr().out)
-    assert printed == json.loads((here / "linear" / "pendulum.json").read_text())
     assert [v["name"] for v in printed["outputs"]] == ["point.tip.x"]
     shapes = {name: np.shape(printed[name]) for name in "ABCD"}
     assert shapes == {"A": (4, 4), "B": (4, 2), "C": (1, 4), "D": (1, 2)}

@@ -71,6 +71,3 @@ def test_maps_of_names(files: Path, said: Said) -> None:
     pairs = ["--map", "Heave=buoy.z", "--map", "P=1=buoy.pitch"]
     given = json.loads(said("compare", "ours.csv", "tool.csv", "--json", "--no-plot", *pairs))
     assert "buoy.z: 'Heave' converted from cm to m" in "".join(given["notes"]).replace("ours", "")
-    (files / "names.yaml").write_text("Heave: buoy.z\nP=1: buoy.pitch\n")
-    options = ["--map-file", "names.yaml", "--json", "--no-plot"]
-    assert json.loads(said("compare", "ours.csv", "tool.csv", *options)) == given
