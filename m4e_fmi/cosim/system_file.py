@@ -58,7 +58,6 @@ class _ComponentSection(Section):
     """The keys that every component may have."""
 
     process: Literal["own", "here"] | None = None
-    limits: ProcessLimits = ProcessLimits()
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
     step_size: float | str | None = None
     dependencies: dict[str, tuple[str, ...]] = Field(default_factory=dict)
@@ -193,7 +192,6 @@ def read_component(document: Document, key: str) -> Component:
             step_size=section.step_size,
             dependencies=section.dependencies,
             process=section.process,
-            limits=section.limits,
         )
     except InputError as error:
         raise InputError(

@@ -256,7 +256,7 @@ def tell_equations(line: str) -> None:
     """
     if "warning" in line:
         warn(line)
-    elif line.startswith(("left open", "settled", "starts at")):
+    elif line.startswith(("left open", "settled")):
         note(line)
     else:
         count(line)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from m4e_fmi.analysis.attitudes import attitudes
 from m4e_fmi.analysis.equilibrium import equilibrium
-from m4e_fmi.analysis.points import OperatingPoint, local_parts, operating_point
+from m4e_fmi.analysis.points import local_parts, operating_point
 from m4e_fmi.analysis.response import InWaves, WaveForces
 from m4e_fmi.cosim.composition.parts import ComponentSelection, Made, look_at, stand_ins
 from m4e_fmi.cosim.composition.static_law import StaticLaw
@@ -251,44 +248,23 @@ def at_equilibrium(
     """The system, with all states of its equations at the equilibrium found from its start values.
 
     Components without equations are settled with their inputs there, as a run initialises them;
-    `tell` gets a warning if an FMU comes to rest only after its start, and one line about the
-    largest movements. Unconnected inputs keep their start values; loads that depend on time are
-    those at the start time. InputError and RunError as from `system_program` and `equilibrium`.
+    `tell` gets a warning if an FMU comes to rest only after its start. Unconnected inputs keep
+    their start values; loads that depend on time are those at the start time. InputError and
+    RunError as from `system_program` and `equilibrium`.
     """
     tell = tell or silent
     named = ComponentSelection(frozenset(), frozenset(), at_rest=True)
     program = _program(system, named, build_directory=build_directory, tell=tell)
-    start = operating_point(program, time=system.simulation.start_time)
-    rest = equilibrium(program, at=start)
+    at = operating_point(program, time=system.simulation.start_time)
+    rest = equilibrium(program, at=at)
     for part, law in local_parts(program):
         if isinstance(law, StaticLaw) and law.last.steps:
             tell(
                 f"warning: {part.name} is not at rest at its start: it comes to rest "
                 f"{law.last.time:g} s later, with its inputs held"
             )
-    tell(_moved_most(program, start, rest))
     values = {v.name: float(x) for v, x in zip(program.states, rest.states, strict=True)}
     return _without_angles(system, program).changed(start=values, origin=ORIGIN)
-
-
-def _moved_most(program: Program, start: OperatingPoint, rest: OperatingPoint) -> str:
-    """A line with the change of a state that is largest, over 1 + its value; angles in deg."""
-    turned = {k for a in attitudes(program) for k in a.quaternion}
-    found: list[tuple[float, str]] = []
-    for k, v in enumerate(program.states):
-        old, new = float(start.states[k]), float(rest.states[k])
-        if k not in turned and not v.local:
-            text = f"{v.name}, from {old:.6g} to {new:.6g} {v.unit}"
-            found.append((abs(new - old) / (1.0 + abs(new)), text))
-    for a in attitudes(program):
-        one, other = (point.states[list(a.quaternion)] for point in (start, rest))
-        cosine = abs(float(one @ other)) / float(np.linalg.norm(one) * np.linalg.norm(other))
-        angle = 2.0 * math.acos(min(1.0, cosine))
-        found.append((angle, f"the attitude of {a.owner}, by {math.degrees(angle):.4g} deg"))
-    largest, text = max(found, default=(0.0, ""))
-    if largest == 0.0:
-        return "starts at its equilibrium, where it is by its start values"
-    return f"starts at its equilibrium; moved most: {text}"
 
 
 def _without_angles(system: System, program: Program) -> System:

@@ -86,7 +86,7 @@ def worker_lost(origin: str, when: str, worker: Worker, further: str) -> LostErr
 def _remedy(worker: Worker) -> str:
     """Remedy for an FMU whose process is gone, the likeliest first."""
     if "return" in worker.ending:
-        return "give it more time (`limits` of the component), or look for what it waits for"
+        return "give it more time (`limits` of the system), or look for what it waits for"
     if "SIGKILL" in worker.ending:
         return (
             "an FMU seldom does that itself: the system may have been out of memory, or somebody "

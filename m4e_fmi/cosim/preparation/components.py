@@ -235,7 +235,7 @@ def ready_fmus(
     drafts: Mapping[str, Draft] | None = None,
 ) -> dict[str, ReadyFmu]:
     """As `fmu_files`. `drafts` are those that `waiting` has made when it checked the inputs."""
-    tell = _once(tell or silent)
+    tell = tell or silent
     folder, places = _places(system, build_directory, native, tell)
     remove_leftovers(folder)
     if drafts is None:
@@ -327,24 +327,6 @@ def _library_is_there(tell: Tell) -> bool:
         why = error.message
     tell(f"Python FMUs instead of native ones: {why}")
     return False
-
-
-def _once(tell: Tell) -> Tell:
-    """The same, but for warnings that another component has given, and that name no part of it.
-
-    What they name stands in quotes.
-    """
-    given: set[str] = set()
-
-    def tell_new(line: str) -> None:
-        text = line.partition(": ")[2]
-        if text.startswith(WARNING) and "'" not in text:
-            if text in given:
-                return
-            given.add(text)
-        tell(line)
-
-    return tell_new
 
 
 def _built(

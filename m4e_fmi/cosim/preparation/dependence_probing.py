@@ -30,7 +30,6 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Wiring
 from m4e_fmi.cosim.wiring.structure import PROBED, STEPPED, assumed, exchange_graph, resolve
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.importer.questions import moved, trajectory
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host
 
@@ -152,7 +151,8 @@ def _moved_inputs(
             sign = -1.0 if point % 2 else 1.0
             alone = [[sign * share * (k == n) for k in range(len(inputs))] for n, share in moves]
             others = [subject.moved(shares, values) for shares in alone]
-            seen = list(moved(subject.at, values, others))
+            before_all = subject.at(values)
+            seen = [(before_all, subject.at(other), subject.at(values)) for other in others]
             for output, before, then, now in zip(outputs, last, fresh, seen[0][0], strict=False):
                 if not _differ(before, then) and _differ(then, now):
                     needs[output].update(inputs)  # setting brings what the step has not shown
@@ -183,9 +183,9 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
         with new.instance() as instance:
             subject = Subject(instance, outputs, inputs)
             shifted = subject.moved([share] * len(inputs))
-            (first,) = trajectory(subject, [shifted], new.short_step)
+            (first,) = subject.trajectory(new.short_step, 1, shifted)
             still = subject.at(subject.start)
-            (second,) = trajectory(subject, [None], new.short_step)
+            (second,) = subject.trajectory(new.short_step, 1)
             return first, still, second
 
     found = set()

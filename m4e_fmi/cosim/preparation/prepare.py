@@ -133,12 +133,12 @@ def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, 
     known = cache(lambda path: read_record(path) is not None or _has_our_library(files[path]))
 
     def is_apart(component: Component) -> bool:
-        if component.process or component.limits:
+        if component.process:
             return component.process != HERE
         path = descriptions[component.name].path
         return isinstance(component.source, FmuFile) and not known(path)
 
-    return {c.name: system.processes.host(c.limits) for c in system.components if is_apart(c)}
+    return {c.name: system.processes.host for c in system.components if is_apart(c)}
 
 
 def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host], list[str]]:
@@ -149,12 +149,8 @@ def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host
     if not hosts or hasattr(os, "fork"):
         return dict(hosts), []
     why = "this system has no fork, by which other processes are started"
-    parts = [(c, ("components", c.name)) for c in system.components]
-    asking = [
-        *((*place, "process") for component, place in parts if component.process == OWN),
-        *((*place, "limits") for component, place in parts if component.limits),
-        *([("limits",)] if system.processes.limits else []),
-    ]
+    asking = [("components", c.name, "process") for c in system.components if c.process == OWN]
+    asking += [("limits",)] if system.processes.limits else []
     if asking:
         message = f"no FMU can have a process of its own: {why}"
         remedy = "leave this out, or run the system on another machine"

@@ -36,13 +36,12 @@ from m4e_fmi.cosim.wiring.links import Wiring
 from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened
-from m4e_fmi.fmu.importer.questions import trajectory
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL, TYPES
 from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.signals import not_lost
 
-BEFORE, HELD = 2, [None] * 4
+BEFORE, REPEATED = 2, 4
 """Steps up to the state that is kept, and steps that are made from it twice, with held inputs."""
 SAME, ROUNDING = 1e-3, 1e-9
 """Shares of what an output does there, and of its size, by which repetitions may differ."""
@@ -203,14 +202,14 @@ def _fault_of_bytes(new: Instances, description: Description) -> str:
                 state = instance.rollback.serialized(instance.slot())
             except RunError as error:
                 return f"its state cannot be saved ({error.message})"
-            going_on = trajectory(subject, HELD, new.step)
+            going_on = subject.trajectory(new.step, REPEATED)
     except RunError:
         return ""
     try:
         with new.instance() as instance:
             instance.rollback.deserialize(instance.slot(), state)
             instance.restore_state(time)
-            beginning = trajectory(Subject(instance, outputs, ()), HELD, new.step)
+            beginning = Subject(instance, outputs, ()).trajectory(new.step, REPEATED)
     except RunError as error:
         return f"another instance cannot go on from them ({error.message})"
     different = _differing(outputs, going_on, beginning, GROSS, TOLERANCE)
@@ -236,11 +235,11 @@ def _trajectories(
             instance.save_state()
         except RunError as error:
             raise _FaultError(f"its state cannot be saved ({error.message})") from error
-        found = [trajectory(subject, HELD, new.step)]
+        found = [subject.trajectory(new.step, REPEATED)]
         try:
             for _ in range(2):
                 instance.restore_state(time)
-                found.append(trajectory(subject, HELD, new.step))
+                found.append(subject.trajectory(new.step, REPEATED))
         except RunError as error:
             raise _FaultError(f"it fails after rollback ({error.message})") from error
     return found

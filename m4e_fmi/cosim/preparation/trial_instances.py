@@ -148,6 +148,21 @@ class Subject:
             self._instance.fail(status, DoStep.function, size)
         self._instance.time += size
 
+    def trajectory(
+        self, size: float, count: int, first: Sequence[Value] | None = None
+    ) -> list[list[Value]]:
+        """The outputs after each of so many steps of `size` [s].
+
+        The inputs get the values `first` before these steps; without, they stay as they are.
+        """
+        if first is not None:
+            self.set(first)
+        found: list[list[Value]] = []
+        for _ in range(count):
+            self.step(size)
+            found.append(self.read())
+        return found
+
     def moved_together(self, sign: float = 1.0) -> list[Value]:
         """All inputs moved from their start, each by another share of its size."""
         return self.moved([sign * TOGETHER * (1 + k / 7) for k in range(len(self.inputs))])

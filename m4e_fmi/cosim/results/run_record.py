@@ -5,7 +5,6 @@ Its types are in `report.run_report.record`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from m4e_fmi.cosim.system.component import ModelFile
@@ -24,9 +23,6 @@ from m4e_fmi.report.run_report.record import (
     carried_record,
     input_file,
 )
-
-SEED = "seed"
-"""The key of random numbers in system files."""
 
 
 def attributes_of(prepared: Prepared) -> dict[str, str]:
@@ -63,7 +59,6 @@ def record_of_system(prepared: Prepared) -> Record:
             name: f"{found.path.name}, SHA-256 {found.content}"
             for name, found in prepared.descriptions.items()
         },
-        seeds=dict(_seeds(system.document.data, "")) if system.document else {},
         versions=versions(),
     )
 
@@ -104,13 +99,3 @@ def _short(path: Path, folder: Path) -> str:
     """A path relative to the system's folder if it is below it, else its name."""
     given = folder / path
     return given.relative_to(folder).as_posix() if given.is_relative_to(folder) else path.name
-
-
-def _seeds(value: object, place: str) -> Iterator[tuple[str, str]]:
-    """Seeds of random numbers below a value of a system's file, with their places in it."""
-    if isinstance(value, (dict, list)):
-        items = value.items() if isinstance(value, dict) else enumerate(value)
-        for key, member in items:
-            if key == SEED:
-                yield f"{place}{key}", str(member)
-            yield from _seeds(member, f"{place}{key}.")

@@ -233,7 +233,10 @@ def _outcome(run: Run, *, failed: bool = False) -> Outcome:
     certificate, warnings = "", run.warnings
     if not failed:
         certificate = run.certificate()
-        warnings += (*_early_end(run), *run.second_look.notes)
+        if network.ended and not run.is_at_stop:
+            stop = f"{run.simulation.stop_time:.9g} s"
+            warnings += (f"the run ended before its stop time of {stop}: {network.ended}",)
+        warnings += run.second_look.notes
         if isinstance(certificate, CouplingErrorReport):
             texts = certificate.warning(), certificate.partial()
             warnings += tuple(filter(None, texts))
@@ -292,22 +295,6 @@ def _network_notes(run: Run) -> Iterator[str]:
         yield f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
     if network.ended:
         yield network.ended
-
-
-def _early_end(run: Run) -> list[str]:
-    """A warning of FMUs that have asked for the end before the stop time."""
-    network, stop = run.network, run.simulation.stop_time
-    if not run.steps:
-        names = [name for name, instance in network.instances.items() if instance.has_ended]
-        return [
-            f"the run ended before its first step, and its results have the start only: {name} "
-            "asked for the end of the simulation in its first step; if that is not meant, look at "
-            "what its step answers (in PythonFMU, do_step must return True)"
-            for name in names
-        ]
-    if network.ended and not run.is_at_stop:
-        return [f"the run ended before its stop time of {stop:.9g} s: {network.ended}"]
-    return []
 
 
 def _last_outcome(run: Run, wall_time: float, given: Path) -> Outcome:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -42,7 +41,7 @@ Limit = Annotated[Time | None, AfterValidator(_positive)]
 
 
 class ProcessLimits(Section):
-    """Limits for FMUs in processes of their own; None leaves one as it is for all components.
+    """Limits for FMUs in processes of their own.
 
     `call`: time that each call of the FMU may take [s], or with a unit, 600 s by default.
     `end`: the same for terminating and freeing it, 30 s by default.
@@ -65,10 +64,10 @@ class Processes:
     limits: ProcessLimits = field(default_factory=ProcessLimits)
     keep: tuple[str, ...] = ()
 
-    def host(self, limits: ProcessLimits) -> Host:
-        """The conditions for a component with `limits` of its own."""
-        general, own = (one.model_dump(exclude_none=True) for one in (self.limits, limits))
-        return Host(**{**general, **own}, keep=self.keep)
+    @property
+    def host(self) -> Host:
+        """The conditions for each of them."""
+        return Host(**self.limits.model_dump(exclude_none=True), keep=self.keep)
 
 
 @dataclass(frozen=True)
@@ -114,11 +113,11 @@ class Component:
     equal steps in each macro step; if it is m times that of the simulation, it makes one in
     every m-th. None leaves it to the algorithm.
 
-    `process` is "own" for an FMU that runs in a process of its own, with `limits`, "here" for one
-    in this process; None leaves it to where the FMU was built. Limits ask for a process.
+    `process` is "own" for an FMU that runs in a process of its own, "here" for one in this process;
+    None leaves it to where the FMU was built.
 
     `dependencies` names, for some outputs, the inputs that they depend on within an instant, in
-    place of what the FMU declares. InputError for another `process`, or for limits without one.
+    place of what the FMU declares. InputError for another `process`.
     """
 
     name: str
@@ -128,15 +127,11 @@ class Component:
     step_size: float | str | None = None
     dependencies: Mapping[str, Sequence[str]] = field(default_factory=dict)
     process: str | None = None
-    limits: ProcessLimits = field(default_factory=ProcessLimits)
 
     def __post_init__(self) -> None:
         if self.process not in (None, OWN, HERE):
             message = f"component {self.name!r}: process {self.process!r} is unknown"
             raise InputError.single(message, f"give {OWN!r} or {HERE!r}, or nothing")
-        if self.process == HERE and self.limits:
-            message = f"component {self.name!r}: there are no limits for an FMU in this process"
-            raise InputError.single(message, "leave out `limits`, or `process: here`")
 
     def described(self, description: Description) -> Description:
         """The `description` of its FMU, with the units that the system adds."""
@@ -154,21 +149,12 @@ class Component:
 
 def kinds() -> Mapping[str, EntryPoint]:
     """Entry points of the kinds of FMU that are installed, by name."""
-    return _kinds(tuple(map(_state, sys.path)))
-
-
-def _state(folder: str) -> tuple[str, int, int]:
-    """A folder that packages may be in, and what changes when one is installed there."""
-    try:
-        found = os.stat(folder or ".")  # noqa: PTH116  for each look at a kind: Path costs more
-    except OSError:
-        return folder, 0, 0
-    return folder, found.st_ino, found.st_mtime_ns
+    return _kinds(tuple(sys.path))
 
 
 @lru_cache(maxsize=1)
-def _kinds(_: tuple[tuple[str, int, int], ...]) -> Mapping[str, EntryPoint]:
-    """Of the packages in folders of this state: all of them are read for it."""
+def _kinds(_: tuple[str, ...]) -> Mapping[str, EntryPoint]:
+    """Of the packages in these folders: all of them are read for it."""
     return {point.name: point for point in entry_points(group=KIND_GROUP)}
 
 

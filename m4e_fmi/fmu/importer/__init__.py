@@ -2,6 +2,5 @@
 
 Start reading at `reading`, which makes a `Description` of the file that `opening` has checked;
 `calls/` has the functions of FMI 1.0, 2.0 and 3.0. `messages` receives what FMUs log, `worker/`
-runs code of FMUs where it can do no harm, `questions` are those that the master asks of an
-FMU that is tried.
+runs code of FMUs where it can do no harm.
 """

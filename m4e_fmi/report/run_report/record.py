@@ -61,8 +61,8 @@ class InputFile:
 class Record:
     """All that is known when a run begins.
 
-    `fmus` are files by component, with their SHA-256; `seeds` those given in the system's file, by
-    place; `versions` those of Python, of packages and of the platform.
+    `fmus` are files by component, with their SHA-256; `versions` those of Python, of packages and
+    of the platform.
     """
 
     format: int = FORMAT
@@ -70,7 +70,6 @@ class Record:
     flows: tuple[Flow, ...] = ()
     inputs: tuple[InputFile, ...] = ()
     fmus: dict[str, str] = field(default_factory=dict)
-    seeds: dict[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
 
 

@@ -116,10 +116,8 @@ def _extremes(results: Results) -> str:
 
 
 def reproduction(results: Results, record: Record, command: str) -> str:
-    """Command, start values, seeds, versions, FMUs and input files."""
-    parts = [
-        facts({"Command": command, "Results": results.path.name, **record.seeds}),
-    ]
+    """Command, start values, versions, FMUs and input files."""
+    parts = [facts({"Command": command, "Results": results.path.name})]
     for heading, key in (("Start values", "start_values"), ("Not as in the file", "changed")):
         if listed := lines(results.attributes.get(key, "").splitlines()):
             parts.append(f"<h3>{heading}</h3>{listed}")

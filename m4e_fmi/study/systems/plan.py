@@ -241,7 +241,7 @@ class SystemPlan:
         key = repr((
             {name: str(fmu.path) for name, fmu in fmus.items()},
             [self._sizes(component) for component in system.components],
-            [(c.step_size, dict(c.dependencies), c.process, c.limits) for c in system.components],
+            [(c.step_size, dict(c.dependencies), c.process) for c in system.components],
             {**vars(system.simulation), "stop_time": None},
         ))  # fmt: skip
         if key not in self._prepared:

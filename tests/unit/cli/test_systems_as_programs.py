@@ -116,8 +116,7 @@ def test_what_is_no_equation_takes_part_at_rest(here: Path, said: Said) -> None:
     assert (here / "build" / "with_line" / "line.fmu").is_file()
     said("equilibrium", "line.yaml", "--settled", "line", "--build-folder", "other")
     assert (here / "other" / "with_line" / "line.fmu").is_file()
-    text = said("run", "line.yaml", "--start", "equilibrium")
-    assert "starts at its equilibrium; moved most: m0.joint.hinge.q" in text
+    said("run", "line.yaml", "--start", "equilibrium")
     assert np.ptp(np.asarray(load("build/with_line.nc")["m0.joint.hinge.q"])) < 1e-6
 
 

@@ -124,7 +124,6 @@ def test_texts_of_others_are_shown_and_do_nothing(tmp_path: Path) -> None:
         flows=(Flow(HOSTILE, HOSTILE, "b", ()),),
         inputs=(InputFile(HOSTILE, HOSTILE, HOSTILE),),
         fmus={HOSTILE: HOSTILE},
-        seeds={HOSTILE: HOSTILE},
         versions={HOSTILE: HOSTILE},
     )
     end = RecordEnd(errors=(StatedError(HOSTILE, HOSTILE, 1.0, 1.0, 1.0, HOSTILE),))
@@ -171,7 +170,6 @@ RECORD = Record(
     flows=(Flow("a.p <-> b.p", "a", "b", (Product("a.p.force_x", "b.p.vx", 1e3),), ("c", "d")),),
     inputs=(InputFile("s.yaml", "ab", "name: </script>\n"), InputFile("big.nc", "cd", None)),
     fmus={"a": "a.fmu, SHA-256 0"},
-    seeds={"components.a.seed": "1"},
     versions={"Python": "3.11"},
 )  # fmt: skip
 

@@ -172,9 +172,8 @@ def test_a_mass_on_a_mooring_line(tmp_path: Path) -> None:
 
 def test_a_run_that_starts_at_rest_stays_there(tmp_path: Path) -> None:
     """From its start values the mass moves by decimetres; from rest by less than 1 µm."""
-    given, told = hanging_system(tmp_path), list[str]()
-    rest = at_equilibrium(given, build_directory=tmp_path, tell=told.append)
-    assert told[-1].startswith("starts at its equilibrium; moved most: mass.body.mass.")
+    given = hanging_system(tmp_path)
+    rest = at_equilibrium(given, build_directory=tmp_path)
     for system, least, most in ((given, 0.05, 1.0), (rest, 0.0, 1e-6)):
         outcome = run(system, results=tmp_path / "r.nc", build_directory=tmp_path)
         assert least <= np.ptp(np.asarray(outcome.results()["mass.body.mass.z"])) <= most
@@ -190,9 +189,6 @@ def test_a_start_at_rest_of_what_settles_later(c_fmu: Fmus, tmp_path: Path) -> N
     assert cart.start["joint.rail.q"] == pytest.approx(20 / 80, rel=1e-4)
     assert cart.start["joint.rail.u"] == 0.0
     assert any("warning: line is not at rest at its start" in line for line in told)
-    assert told[-1] == (
-        "starts at its equilibrium; moved most: cart.joint.rail.q, from 0.2 to 0.25 m"
-    )
 
 
 def test_angles_of_the_start_give_way(tmp_path: Path) -> None:
@@ -203,8 +199,6 @@ def test_angles_of_the_start_give_way(tmp_path: Path) -> None:
     parts = "components:\n  bob: {model: bob.model.yaml, start: {joint.pin.phi: 20 deg}}\n"
     rest = "connections: []\nsimulation: {stop_time: 1, step_size: 0.1}\n"
     path.write_text(f"name: one\n{parts}{rest}", encoding="utf-8")
-    told: list[str] = []
-    found = at_equilibrium(load_system(path), build_directory=tmp_path, tell=told.append)
-    assert told[-1].endswith("moved most: the attitude of bob.joint.pin, by 20 deg")
+    found = at_equilibrium(load_system(path), build_directory=tmp_path)
     outcome = run(found, results=tmp_path / "r.nc", build_directory=tmp_path)
     assert np.ptp(np.asarray(outcome.results()["bob.body.bob.z"])) < 1e-12

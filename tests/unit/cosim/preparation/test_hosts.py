@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load_system, prepare
-from m4e_fmi.cosim.system.component import Processes, ProcessLimits
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.worker import Host
 
@@ -39,12 +38,11 @@ def test_strangers_and_who_asks_for_it_have_processes(c_fmu: Fmus, stranger: Pat
             Component("own", own),
             Component("other", FmuFile(stranger)),
             Component("asked", own, process="own"),
-            Component("limited", own, limits=ProcessLimits(call=3.0)),
             Component("trusted", FmuFile(stranger), process="here"),
         )
     )
-    assert dict(prepared.hosts) == {"other": Host(), "asked": Host(), "limited": Host(call=3.0)}
-    assert "in processes of their own: other, asked, limited" in str(prepared)
+    assert dict(prepared.hosts) == {"other": Host(), "asked": Host()}
+    assert "in processes of their own: other, asked" in str(prepared)
 
 
 def test_a_record_of_another_content_counts_for_nothing(c_fmu: Fmus, stranger: Path) -> None:
@@ -53,17 +51,10 @@ def test_a_record_of_another_content_counts_for_nothing(c_fmu: Fmus, stranger: P
     assert prepare(of(Component("other", FmuFile(stranger)))).hosts.keys() == {"other"}
 
 
-def test_limits_of_a_component_go_before_those_of_all() -> None:
-    processes = Processes(ProcessLimits(call=10.0), keep=("LICENSE",))
-    assert processes.host(ProcessLimits(end=1.0)) == Host(10.0, 1.0, ("LICENSE",))
-    assert processes.host(ProcessLimits(call=2.0)) == Host(2.0, 30.0, ("LICENSE",))
-
-
 def test_keys_of_system_files(stranger: Path, tmp_path: Path) -> None:
-    more = "limits: {end: 2 s}\nenvironment: {keep: [LICENSE]}"
-    keys = ", limits: {call: 500 ms}"
+    more = "limits: {call: 500 ms, end: 2 s}\nenvironment: {keep: [LICENSE]}"
     file = tmp_path / "s.yaml"
-    file.write_text(SYSTEM.format(fmu=stranger, keys=keys, more=more))
+    file.write_text(SYSTEM.format(fmu=stranger, keys="", more=more))
     found = prepare(load_system(file)).hosts["a"]
     assert found == Host(0.5, 2.0, ("LICENSE",))
 
