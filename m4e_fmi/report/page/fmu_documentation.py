@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from m4e_fmi.fmu import Options, described, renamed, shown
+from m4e_fmi.fmu import Options, described, shown
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.program import Program
@@ -35,13 +35,11 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     """
     visible = shown(program, options)
     description = described(visible, options)
-    named = renamed(visible, options.rename)
     page = fmu_page(
         description,
         options,
         drawing=_svg(model_figure(model, program=program)),
         equations=Equations(model),
-        states={v.name: w.name for v, w in zip(visible.states, named.states, strict=True)},
     )
     return {"documentation/index.html": page.encode()}
 

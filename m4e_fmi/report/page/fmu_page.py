@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 
 import m4e_fmi
@@ -43,12 +43,8 @@ def fmu_page(
     *,
     drawing: str,
     equations: Equations,
-    states: Mapping[str, str],
 ) -> str:
-    """The page of a model: facts, the `drawing` (SVG), connectors, variables, equations.
-
-    `states` says what the states of the model's program are called.
-    """
+    """The page of a model: facts, the `drawing` (SVG), connectors, variables, equations."""
     axes = "X to the right, Z up, " + (
         "angles from Z towards X"
         if equations.topology.is_planar
@@ -62,7 +58,7 @@ def fmu_page(
         "<h2>Variables</h2>",
         *_variables(description.variables),
         "<h2>Equations of motion</h2>",
-        *_equations(equations, states),
+        *_equations(equations),
     ]
     return _page(description, sections)
 
@@ -198,7 +194,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f'<div class="card scroll"><table><tr>{head}</tr>{body}</table></div>'
 
 
-def _equations(equations: Equations, states: Mapping[str, str]) -> Iterable[str]:
+def _equations(equations: Equations) -> Iterable[str]:
     count = len(equations.topology.coordinate_names)
     if count > MOST_COORDINATES:
         yield (
@@ -208,6 +204,6 @@ def _equations(equations: Equations, states: Mapping[str, str]) -> Iterable[str]
         return
     has_quaternions = count > len(equations.topology.velocity_names)
     yield f"<p>{EQUATIONS}{QUATERNIONS if has_quaternions else ''}</p>"
-    for title, lines in equations_markup(equations, states):
+    for title, lines in equations_markup(equations):
         items = "".join(f"<li>{line}</li>" for line in lines)
         yield f'<h3>{title}</h3><div class="card scroll"><ol class="equations">{items}</ol></div>'

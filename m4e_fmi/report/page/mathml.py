@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -30,13 +30,10 @@ DOTTED = '<mover>{}<mo lspace="0" rspace="0">.</mo></mover>'
 """A full stop above, which every font has: an accent would need a font for mathematics."""
 
 
-def equations_markup(
-    equations: Equations, names: Mapping[str, str]
-) -> Iterator[tuple[str, list[str]]]:
+def equations_markup(equations: Equations) -> Iterator[tuple[str, list[str]]]:
     """Titles and lines of the equations M u̇ = f: what is shared first, then M, then f.
 
-    Each line is HTML with a `math` element. What is zero is left out. `names` says what the states
-    of the model's program are called.
+    Each line is HTML with a `math` element. What is zero is left out.
     """
     import sympy
 
@@ -46,7 +43,7 @@ def equations_markup(
     forces = [(i, sympy.sympify(f[i, 0], strict=True)) for i in range(n) if f[i, 0] != 0]
     shared, reduced = intermediates([*values, *(v for _, v in forces)], equations.q.flat())
     printer = _printer()
-    yield "Coordinates q, velocities u, and the states that they are", _vectors(equations, names)
+    yield "Coordinates q, velocities u, and the states that they are", _vectors(equations)
     if shared:
         lines = [_line(_name(symbol.name), printer.doprint(value)) for symbol, value in shared]
         yield "Used more than once below", lines
@@ -62,7 +59,7 @@ def equations_markup(
     yield "Forcing, without inputs", lines
 
 
-def _vectors(equations: Equations, names: Mapping[str, str]) -> list[str]:
+def _vectors(equations: Equations) -> list[str]:
     tree, lines = equations.topology, []
     for link in tree.links:
         positions, velocities = state_names(link)
@@ -76,7 +73,7 @@ def _vectors(equations: Equations, names: Mapping[str, str]) -> list[str]:
         ]
         for k, letter, symbol, state in sorted(rows, key=operator.itemgetter(0)):
             math = _line(_indexed(letter, k + 1), _name(symbol))
-            lines.append(f"{math}<code>{escape(names[state])}</code>")
+            lines.append(f"{math}<code>{escape(state)}</code>")
     return lines
 
 
