@@ -43,7 +43,7 @@ def test_the_shell_compiles_without_a_warning_and_exports_fmi_only(tmp_path: Pat
 def test_random_calls_under_sanitizers(
     tmp_path: Path, fmi: str, source: str, program: Program
 ) -> None:
-    files, guid = written(program, fmi, tmp_path)
+    _, guid = written(program, fmi, tmp_path)
     fuzzer = sanitized(tmp_path / "fuzzer", [FUZZERS / source, *shell_sources()])
     program = with_rates(program)
     groups = ("parameters", "calculated", "inputs", "states", "outputs")
