@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from m4e_fmi.cli.shared.options import (
     load_program,
     load_system,
 )
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from m4e_fmi.fmu import Options
@@ -29,7 +28,6 @@ ARGUMENTS = {
     "stop_time": None,
     "step_size": None,
     "outputs": None,
-    "rename": [],
     "sources": False,
 }
 """Arguments of `build_fmu` that are options here, with their defaults."""
@@ -55,9 +53,6 @@ def add(command: argparse.ArgumentParser) -> None:
             metavar="PATTERN",
             help="only these, as 'body.*'; default all",
         )
-    of_model.add_argument(
-        "--rename", action="append", metavar="OLD=NEW", help="call a variable NEW; may be repeated"
-    )
     of_model.add_argument("--method", help="dop853 (default), rk45, rodas (stiff), rk4 (fixed)")
     of_model.add_argument(
         "--tolerance", type=float, help="if the importer gives none; default 1e-8"
@@ -112,7 +107,6 @@ def _chosen(options: argparse.Namespace, *, native: bool) -> dict[str, Any]:
     """Arguments of `Options`; `native` unless the command line says so or not."""
     chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}
     chosen["native"] = native if options.native is None else options.native
-    chosen["rename"] = _renamings(options.rename)
     return chosen
 
 
@@ -206,17 +200,3 @@ def _build_system(options: argparse.Namespace) -> None:
 
         package = options.build_folder / f"{file_stem(system.name)}.ssp"
         print_files([save_system(system, package, build_directory=options.build_folder)])
-
-
-def _renamings(texts: Sequence[str]) -> dict[str, str]:
-    """Old names → new ones, of OLD=NEW; InputError with all that is wrong."""
-    found: dict[str, str] = {}
-    problems = []
-    for text in texts:
-        old, equals, new = (part.strip() for part in text.partition("="))
-        if not equals:
-            problems.append(Problem(f"--rename {text}: expected OLD=NEW", "as --rename m=mass"))
-        elif found.setdefault(old, new) != new:
-            problems.append(Problem(f"--rename gives {old!r} two names: {found[old]!r}, {new!r}"))
-    InputError.raise_for(problems)
-    return found

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         described,
         shown,
     )
-    from m4e_fmi.fmu.export.selection import matching, renamed
+    from m4e_fmi.fmu.export.selection import matching
     from m4e_fmi.fmu.importer.contents import fmu_contents
     from m4e_fmi.fmu.importer.reading import Description, read_description
     from m4e_fmi.fmu.kind import FmuKind
@@ -41,7 +41,6 @@ __all__ = [
     "fmu_contents",
     "matching",
     "read_description",
-    "renamed",
     "shown",
     "validate_fmu",
 ]

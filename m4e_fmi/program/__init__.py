@@ -9,7 +9,6 @@ This package is the bottom layer: of m4e_fmi it imports `errors` and `files`. St
 `binary_form` are the forms a program is written out in.
 """
 
-from m4e_fmi.program.binary_form import load_program, save_program
 from m4e_fmi.program.composition import AlgebraicLoopError, Connection, compose, with_feedback
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
 from m4e_fmi.program.functions import (
@@ -72,12 +71,10 @@ __all__ = [
     "is_singular",
     "jacobian",
     "kinks",
-    "load_program",
     "log",
     "maximum",
     "minimum",
     "rate_entries",
-    "save_program",
     "sign",
     "sin",
     "singular_loop",

@@ -1,4 +1,4 @@
-"""The binary form of a program: Program → bytes → Program, and files of it.
+"""The binary form of a program: Program → bytes → Program.
 
 The form is versioned, little-endian and checksummed; `src/program.c` documents it byte by byte. It
 holds the tape as it is (nodes that results need, in order), so nothing is lost: reading gives the
@@ -11,17 +11,12 @@ import re
 import struct
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from io import BytesIO
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.files.files_read import TooLongError, read_bytes
-from m4e_fmi.files.limits import LARGEST_PROGRAM
-from m4e_fmi.files.writing import written
 from m4e_fmi.program.program import GROUPS, TIME, Program, Variable
 from m4e_fmi.program.tape import Tape
 
@@ -236,28 +231,3 @@ def _tape(
             node = (OPERATIONS[kind], *arguments)
         tape.node(node)
     return tape
-
-
-def save_program(program: Program, path: str | Path) -> None:
-    """Write a program to a file in its binary form.
-
-    The program that is read back is equal to the saved one and runs to the same bits; only its
-    `solutions` and `parts` are not kept. RunError if the file cannot be written.
-    """
-    with written(path) as part:
-        part.write_bytes(encode(program))
-
-
-def load_program(path: str | Path) -> Program:
-    """The program in a file; InputError if the file is missing, damaged or of another kind."""
-    try:
-        data = read_bytes(path, largest=LARGEST_PROGRAM)
-    except TooLongError as error:
-        raise InputError.single(f"is no program: it {error}", "", str(path)) from error
-    except OSError as error:
-        raise InputError.single(f"{path}: cannot be read: {error.strerror}") from error
-    try:
-        return decode(data)[0]
-    except InputError as error:
-        problems = [replace(problem, file=str(path)) for problem in error.problems]
-        raise InputError(problems) from error

@@ -9,7 +9,6 @@ from typing import Any
 
 import fmpy
 import pytest
-from support.driven import driven
 from support.fmu_instances import ERROR, FILES, Instance, answers, discarded
 
 from m4e_fmi.fmu import build_fmu
@@ -41,24 +40,6 @@ class TestSelection:
         assert {n for n, c in listed.items() if c == "local"} == {
             *("x", "v", "der(x)", "der(v)", "last_error")
         }
-
-    @KINDS
-    def test_other_names_have_the_same_values(self, load: Load, kind: str, tmp_path: Path) -> None:
-        names = {"x": "spring.length", "energy": "spring.energy", "mass": "m", "root": "r.oot"}
-        path = build_fmu(driven(), tmp_path / "a.fmu", rename=names, **FILES[kind].build)
-        renamed = load(kind, path)
-        expected = series(load(kind), "x", "energy", "a")
-        assert series(renamed, "spring.length", "spring.energy", "a") == expected
-        derivatives = {n: v.derivative.name for n, v in renamed.variables.items() if v.derivative}
-        assert derivatives == {
-            "v": "spring.length",
-            "a": "v",
-            "der(spring.length)": "spring.length",
-        }
-        wrong = load(kind, path).initialise({"spring.length": -2.0})
-        if kind == "python":
-            assert math.isnan(wrong["r.oot"])
-        assert "r.oot is nan" in wrong.last_error or kind != "python"
 
 
 @pytest.fixture(scope="module")

@@ -43,7 +43,7 @@ from m4e_fmi.fmu.export.python_fmu import python_members, python_slave
 from m4e_fmi.program import Program
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
-OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
+OF_PROGRAMS = ("native", "fmi", "method", "outputs")
 """Options that say something of a program, and nothing of Python code."""
 
 
@@ -58,7 +58,6 @@ def build_fmu(
     stop_time: float | None = None,
     step_size: float | None = None,
     outputs: Sequence[str] | None = None,
-    rename: Mapping[str, str] | None = None,
     documentation: Mapping[str, bytes] | None = None,
     sources: bool = False,
 ) -> Path:
@@ -73,7 +72,7 @@ def build_fmu(
     divides each communication step into the fewest equal steps that are not longer than
     `step_size`. `stop_time` and `step_size` [s] are those of the default experiment (10 and 0.01).
     `outputs` are shell patterns of the outputs and states to be seen; what computes the others only
-    is left out; default all. `rename` gives variables other names, old → new. `documentation` has
+    is left out; default all. `documentation` has
     more files: name in the archive, below ``documentation/`` or ``model.png`` (FMI 3.0:
     ``terminalsAndIcons/icon.png``), → content. `sources` adds the C sources of a native FMU's
     library, for importers that compile.
@@ -81,7 +80,7 @@ def build_fmu(
     Variables and value references of a program are the same for both kinds, and so are results, to
     the bit. The same source gives the same bytes. InputError if an option is not one, if the name
     cannot be a model identifier, the step size is longer than the experiment, a pattern matches
-    nothing, a new name is taken or not allowed, a Python module has a syntax error, or something
+    nothing, a Python module has a syntax error, or something
     else than a program should be what only programs can be; RunError if there is no library for
     native FMUs; ValueError if the description contradicts itself.
     """
@@ -96,7 +95,6 @@ def build_fmu(
         stop_time=stop_time,
         step_size=step_size,
         outputs=None if outputs is None else tuple(outputs),
-        rename=dict(rename or {}),
         documentation=dict(documentation or {}),
         sources=sources,
     )

@@ -13,7 +13,7 @@ from numbers import Real
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.fmu.export.selection import renamed, with_outputs
+from m4e_fmi.fmu.export.selection import with_outputs
 from m4e_fmi.fmu.importer.reading import OWN_TOOL, Description
 from m4e_fmi.fmu.importer.reading import Variable as ReadVariable
 from m4e_fmi.program import TIME, Program, Variable
@@ -104,7 +104,6 @@ class Options:
     stop_time: float | None = None
     step_size: float | None = None
     outputs: tuple[str, ...] | None = None
-    rename: Mapping[str, str] = field(default_factory=dict)
     documentation: Mapping[str, bytes] = field(default_factory=dict)
     sources: bool = False
 
@@ -145,14 +144,14 @@ def _is_positive(value: object) -> bool:
 
 
 def shown(program: Program, options: Options) -> Program:
-    """The part of `program` that its FMU shows, with names before they are changed."""
+    """The part of `program` that its FMU shows."""
     chosen = program if options.outputs is None else with_outputs(program, options.outputs)
     return with_rates(chosen)
 
 
 def described(program: Program, options: Options) -> ModelDescription:
     """The description of an FMU of a program that is as `shown`."""
-    return asked(describe(renamed(program, options.rename)), options)
+    return asked(describe(program), options)
 
 
 def asked(description: ModelDescription, options: Options) -> ModelDescription:
@@ -279,7 +278,6 @@ def with_rates(program: Program) -> Program:
         for v, node in zip(program.states, program.rates, strict=True)
         if v.name not in shown
     ]
-    # the description is without the state's name, which may be changed later
     rates = [
         Variable(
             f"der({v.name})",

@@ -10,7 +10,7 @@ integration method, the default tolerance and the longest step [s] of rk4.
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -20,7 +20,6 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.limits import LARGEST_PROGRAM
 from m4e_fmi.fmu.export.archive import model_identifier
 from m4e_fmi.fmu.export.description import ModelDescription, Options
-from m4e_fmi.fmu.export.selection import renamed
 from m4e_fmi.program import TIME, Program, rate_entries, tangent
 from m4e_fmi.program.binary_form import decode, encode
 from m4e_fmi.runtime import compiler
@@ -41,7 +40,7 @@ def native_members(
     The GUID, which is that of all files, is still to be put in front of `SETTINGS`.
     """
     files = shell_binaries(model_identifier(description.name), fmi=options.fmi)
-    files[f"resources/{PROGRAM}"] = model_file(program, options.method, options.rename)
+    files[f"resources/{PROGRAM}"] = model_file(program, options.method)
     files[f"resources/{TANGENT}"] = encode(_tangent(program))
     numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
     files[SETTINGS] = f"{METHODS[options.method]} {' '.join(numbers)}\n".encode()
@@ -54,10 +53,9 @@ def _without_point(value: float) -> str:
     return f"{''.join(map(str, digits))}e{exponent}"
 
 
-def model_file(program: Program, method: str, rename: Mapping[str, str]) -> bytes:
-    """The program in its binary form, with what `method` needs; `rename` as in `renamed`."""
-    entries = rate_entries(program) if method == "rodas" else ()
-    return encode(renamed(program, rename), entries)
+def model_file(program: Program, method: str) -> bytes:
+    """The program in its binary form, with what `method` needs."""
+    return encode(program, rate_entries(program) if method == "rodas" else ())
 
 
 def _tangent(program: Program) -> Program:

@@ -62,7 +62,7 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
     }
     data = {
         "layout.json": json.dumps({**layout, **settings}).encode(),
-        PROGRAM: model_file(program, method, {}),
+        PROGRAM: model_file(program, method),
     }
     for system, name in LIBRARIES.items():
         own = system == sys.platform

@@ -28,7 +28,6 @@ enum { /* beside the statuses of FMI */
    ARRAY    an array to read, and how many values it has
    ROOM     an array to fill, and how many values it has
    TEXT     a text, or NULL
-   BLOBS, BLOB_ROOM   arrays of sizes and of bytes, to read or fill, and how many they have
    CALLBACKS_1, _2, _3   what an instance calls, in three versions of FMI */
 
 typedef const char *m4e_text;
@@ -59,8 +58,6 @@ typedef void *m4e_pointer; /* a state: the worker's address, as it is */
 #define SET(A, T) REFERENCES(A) A(GIVEN, T, values, references_count)
 #define GET_SIZED(A, T) REFERENCES(A) A(ROOM, T, values)
 #define SET_SIZED(A, T) REFERENCES(A) A(ARRAY, T, values)
-#define GET_BINARY(A, T) REFERENCES(A) A(BLOB_ROOM, values)
-#define SET_BINARY(A, T) REFERENCES(A) A(BLOBS, values)
 #define SET_ORDERS(A, T)                                                                           \
     REFERENCES(A) A(GIVEN, int32_t, orders, references_count) A(GIVEN, T, values, references_count)
 #define DIRECTION(A) A(ARRAY, uint32_t, unknowns) A(ARRAY, uint32_t, knowns)
@@ -113,7 +110,6 @@ typedef void *m4e_pointer; /* a state: the worker's address, as it is */
     M4E_VALUES_3(X, Int64, int64_t) M4E_VALUES_3(X, UInt64, uint64_t)                              \
     M4E_VALUES_3(X, Boolean, bool)                                                                 \
     X(fmi3GetString, NOW, GET_SIZED, m4e_text) X(fmi3SetString, NOW, SET_SIZED, m4e_text)          \
-    X(fmi3GetBinary, NOW, GET_BINARY, ) X(fmi3SetBinary, NOW, SET_BINARY, )                        \
     X(fmi3GetDirectionalDerivative, NOW, DERIVATIVE_SIZED, double)                                 \
     X(fmi3GetFMUState, NOW, GET_STATE, ) X(fmi3SetFMUState, NOW, SET_STATE, )                      \
     X(fmi3FreeFMUState, NOW, GET_STATE, ) X(fmi3SerializedFMUStateSize, NOW, STATE_SIZE, )         \
@@ -139,10 +135,6 @@ typedef struct {
 #define PARAMETER_ARRAY(T, name) , const T *name, size_t name##_count
 #define PARAMETER_ROOM(T, name) , T *name, size_t name##_count
 #define PARAMETER_TEXT(name) , const char *name
-#define PARAMETER_BLOBS(name)                                                                      \
-    , const size_t *sizes, const unsigned char *const *name, size_t name##_count
-#define PARAMETER_BLOB_ROOM(name)                                                                  \
-    , size_t *sizes, const unsigned char **name, size_t name##_count
 #define PARAMETER_CALLBACKS_1(name) , callbacks_1 name
 #define PARAMETER_CALLBACKS_2(name) , const callbacks_2 *name
 #define PARAMETER_CALLBACKS_3(name) , void *environment, void (*name)(void), void (*update)(void)

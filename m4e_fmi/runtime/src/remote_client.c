@@ -201,10 +201,6 @@ static void take_all(m4e_bytes *from, void *values, size_t count, size_t size) {
     for (size_t k = 0; k < count && !size; ++k) text[k] = m4e_take_text(from);
 }
 
-static void take_blobs(m4e_bytes *from, size_t *sizes, const unsigned char **values, size_t count) {
-    for (size_t k = 0; k < count; ++k) values[k] = m4e_take_blob(from, &sizes[k]);
-}
-
 static int completed(const m4e_remote *r, int status) {
     return r->end.in.failed || r->end.out.failed ? M4E_LOST : status;
 }
@@ -217,10 +213,6 @@ static int completed(const m4e_remote *r, int status) {
 #define SEND_ARRAY(T, name) SEND_ROOM(T, name) SEND_GIVEN(T, name, name##_count)
 #define SEND_ROOM(T, name) m4e_put(out, &name##_count, sizeof name##_count);
 #define SEND_TEXT(name) m4e_put_all(out, &name, 1, 0);
-#define SEND_BLOBS(name)                                                                           \
-    SEND_ROOM(size_t, name)                                                                        \
-    for (size_t k = 0; k < name##_count; ++k) m4e_put_blob(out, name[k], sizes[k]);
-#define SEND_BLOB_ROOM(name) SEND_ROOM(size_t, name)
 #define SEND_CALLBACKS_1(callbacks) listen(r, 1, name, callbacks.functions[0], NULL);
 #define SEND_CALLBACKS_2(given)                                                                    \
     listen(r, 2, name, given->callbacks.functions[0], given->environment);
@@ -233,8 +225,6 @@ static int completed(const m4e_remote *r, int status) {
 #define RECEIVE_WANTED(T, name, count) take_all(in, name, count, SIZE_OF(T));
 #define RECEIVE_ARRAY(T, name)
 #define RECEIVE_ROOM(T, name) RECEIVE_WANTED(T, name, name##_count)
-#define RECEIVE_BLOBS(name)
-#define RECEIVE_BLOB_ROOM(name) take_blobs(in, sizes, name, name##_count);
 
 #define CALL(name, asked, signature, T)                                                            \
     M4E_API int m4e_remote_##name(void *remote signature(PARAMETER, T)) {                          \

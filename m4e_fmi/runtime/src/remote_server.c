@@ -85,19 +85,6 @@ static void give_all(m4e_bytes *out, const void *values, size_t count, size_t si
     }
 }
 
-static const void *taken_blobs(m4e_bytes *in, size_t count, size_t **sizes) {
-    const unsigned char **values = pointers(2 * count);
-    *sizes = (size_t *)(values + count);
-    for (size_t k = 0; k < count && values; ++k) values[k] = m4e_take_blob(in, &(*sizes)[k]);
-    return values;
-}
-
-static void give_blobs(m4e_bytes *out, const unsigned char **values, const size_t *sizes,
-                       size_t count, int status) {
-    for (size_t k = 0; k < count; ++k)
-        m4e_put_blob(out, values[k], values[k] && status <= WARNING ? sizes[k] : 0);
-}
-
 static int made(void *component) {
     const uint64_t is_made = component != NULL;
     serving.component = component;
@@ -116,16 +103,6 @@ static int made(void *component) {
 #define TAKE_ARRAY(T, name) TAKE_COUNT(name) TAKE_GIVEN(T, name, name##_count)
 #define TAKE_ROOM(T, name) TAKE_COUNT(name) TAKE_WANTED(T, name, name##_count)
 #define TAKE_TEXT(name) const char *const name = m4e_take_text(in);
-#define TAKE_BLOBS(name)                                                                           \
-    TAKE_COUNT(name)                                                                               \
-    size_t *sizes;                                                                                 \
-    const unsigned char *const *const name = taken_blobs(in, name##_count, &sizes);                \
-    if (!name) return ERROR;
-#define TAKE_BLOB_ROOM(name)                                                                       \
-    TAKE_COUNT(name)                                                                               \
-    const unsigned char **const name = pointers(2 * name##_count);                                 \
-    if (!name) return ERROR;                                                                       \
-    size_t *const sizes = (size_t *)(name + name##_count);
 #define TAKE_CALLBACKS_1(name)
 #define TAKE_CALLBACKS_2(name)
 #define TAKE_CALLBACKS_3(name)
@@ -138,8 +115,6 @@ static int made(void *component) {
 #define PASS_ARRAY(T, name) , name, name##_count
 #define PASS_ROOM(T, name) , name, name##_count
 #define PASS_TEXT(name) , name
-#define PASS_BLOBS(name) , sizes, name, name##_count
-#define PASS_BLOB_ROOM(name) , sizes, name, name##_count
 #define PASS_CALLBACKS_1(name) , callbacks.callbacks
 #define PASS_CALLBACKS_2(name) , &callbacks
 #define PASS_CALLBACKS_3(name) , &serving, (any)log_3, NULL
@@ -152,8 +127,6 @@ static int made(void *component) {
 #define GIVE_ARRAY(T, name)
 #define GIVE_ROOM(T, name) GIVE_WANTED(T, name, name##_count)
 #define GIVE_TEXT(name)
-#define GIVE_BLOBS(name)
-#define GIVE_BLOB_ROOM(name) give_blobs(out, name, sizes, name##_count, status);
 #define GIVE_CALLBACKS_1(name)
 #define GIVE_CALLBACKS_2(name)
 #define GIVE_CALLBACKS_3(name)

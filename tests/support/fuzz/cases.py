@@ -214,9 +214,9 @@ def _results(path: Path) -> None:
 
 
 def _program(path: Path) -> None:
-    from m4e_fmi.program import load_program
+    from m4e_fmi.program.binary_form import decode
 
-    load_program(path)
+    decode(path.read_bytes())
 
 
 READERS: dict[str, Callable[[Path], None]] = {

@@ -6,14 +6,13 @@ import ctypes
 import random
 import struct
 import zlib
-from pathlib import Path
 
 import pytest
 from support.runtime_programs import chain, every_operation, van_der_pol
 
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Variable
-from m4e_fmi.program.binary_form import decode, encode, load_program, save_program
+from m4e_fmi.program.binary_form import decode, encode
 from m4e_fmi.runtime.library import library
 
 
@@ -45,24 +44,6 @@ def test_reading_gives_the_same_program(program: Program) -> None:
     assert (again.name, again.description) == (program.name, program.description)
     for group in ("parameters", "inputs", "states", "outputs", "calculated"):
         assert getattr(again, group) == getattr(program, group)
-
-
-def test_a_saved_program_is_loaded_as_it_was(tmp_path: Path) -> None:
-    program, file = every_operation(), tmp_path / "every.m4e"
-    save_program(program, file)
-    assert load_program(file) == program
-
-
-def test_files_that_are_no_programs_are_refused_by_name(tmp_path: Path) -> None:
-    file = tmp_path / "chain.m4e"
-    save_program(chain(2), file)
-    file.write_bytes(file.read_bytes()[:-1])
-    with pytest.raises(InputError, match=r"chain\.m4e: the program file is truncated"):
-        load_program(file)
-    with pytest.raises(InputError, match=r"none\.m4e: cannot be read: No such file"):
-        load_program(tmp_path / "none.m4e")
-    with pytest.raises(RunError, match="cannot be written"):
-        save_program(chain(2), tmp_path)
 
 
 def test_every_flipped_bit_and_every_truncation_is_refused() -> None:

@@ -29,7 +29,6 @@ from m4e_fmi.fmu.importer.calls.standard import (
     SerializedState,
     Signature,
     Standard,
-    references_of,
 )
 from m4e_fmi.fmu.importer.elements import locate
 from m4e_fmi.fmu.importer.messages import Messages, Status
@@ -76,7 +75,6 @@ _POINTERS = {
 """Field of a component → function."""
 _PLAIN = INT, POINTER
 _MOVE = INT, POINTER, POINTER, COUNT, POINTER, COUNT
-_MOVE_BINARY = INT, POINTER, POINTER, COUNT, POINTER, POINTER, COUNT
 _TYPES = (*(kind for kind in _LAYOUTS if kind not in _METHODS),)
 
 
@@ -98,8 +96,6 @@ class Fmi3(Standard):
     VERSION = 3
     SIGNATURES: ClassVar[Mapping[str, Signature]] = {
         **{f"fmi3{verb}{kind}": _MOVE for verb in ("Get", "Set") for kind in _TYPES},
-        "fmi3GetBinary": _MOVE_BINARY,
-        "fmi3SetBinary": _MOVE_BINARY,
         "fmi3InstantiateCoSimulation": (
             *(POINTER, TEXT, TEXT, TEXT, c_bool, c_bool, c_bool, c_bool),
             *(POINTER, COUNT, POINTER, POINTER, POINTER),
@@ -204,10 +200,7 @@ class Fmi3(Standard):
             self.do("ExitConfigurationMode")
         if self._is_new:
             values = self._starts_beside(values) | dict(values)
-        binary = {name: value for name, value in values.items() if of[name].type == "Binary"}
-        if binary:
-            self._set_binary(binary)
-        if others := {n: v for n, v in values.items() if n not in sizes | binary}:
+        if others := {n: v for n, v in values.items() if n not in sizes}:
             super().set_values(others)
 
     def _starts_beside(self, values: Mapping[str, Value]) -> dict[str, Value]:
@@ -219,24 +212,6 @@ class Fmi3(Standard):
             for name, variable in self._variables.items()
             if (key := variable.value_reference) not in given and locate(key)[0] in arrays
         }
-
-    def _set_binary(self, values: Mapping[str, Value]) -> None:
-        """Set variables of type Binary, which are written as ``0a1bff``; in event mode, if any."""
-        c = self.events
-        with_event = c.has_events and c.stepping and c.ended == math.inf
-        arrays = self.arrays([v.value_reference for v in self.variables(list(values))])
-        references, count = references_of(arrays), arrays.count
-        sizes, contents = (ctypes.c_size_t * count)(), (ctypes.c_char_p * count)()
-        if len(values) < count:
-            self.do("GetBinary", *references, sizes, contents, count)
-        for place, value in zip(arrays.places, values.values(), strict=True):
-            contents[place] = content = bytes.fromhex(str(value))
-            sizes[place] = len(content)
-        if with_event:
-            self.do("EnterEventMode")
-        self.do("SetBinary", *references, sizes, contents, count)
-        if with_event:
-            self._settle()
 
     def layout(self, variable: Variable) -> tuple[str, str]:
         kind = variable.fmi_type
@@ -304,7 +279,7 @@ def _state(slot: ctypes.c_void_p) -> _RawState:
 def _start(variable: Variable) -> Value:
     """The start value of an element of an array."""
     text = variable.start or ""
-    if variable.type in ("String", "Binary"):
+    if variable.type == "String":
         return text
     if variable.type == "Boolean":
         return text in ("true", "1")

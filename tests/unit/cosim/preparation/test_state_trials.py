@@ -41,12 +41,12 @@ def test_one_that_forgets_runs_as_one_that_cannot_go_back(
 
 def test_outputs_of_type_binary_are_passed_over(c_fmu: Fmus, tmp_path: Path) -> None:
     """`echo` is Binary: a state is tried, and values are recorded, without it."""
-    given = system(c_fmu, {"g": "3:gallery+state"}, start={"g": {"bytes": "0a10"}})
+    given = system(c_fmu, {"g": "3:gallery+state"}, start={"g": {"word": "four"}})
     found = prepare(given)
     assert found.descriptions["g"].variables["echo"].type == "Binary"
     assert found.descriptions["g"].saves_state
     recorded = run(given, results=tmp_path / "r.nc").results().components["g"]
-    assert recorded["sum"].values.tolist() == [26.0] * 11
+    assert recorded["sum"].values.tolist() == [4.0] * 11
     assert "echo" not in recorded
 
 

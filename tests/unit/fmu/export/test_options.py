@@ -11,9 +11,8 @@ from support.driven import driven
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import ModelDescription, PythonSource, build_fmu
 from m4e_fmi.fmu.export.description import with_rates
-from m4e_fmi.fmu.export.selection import renamed, with_outputs
+from m4e_fmi.fmu.export.selection import with_outputs
 from m4e_fmi.program import Program
-from m4e_fmi.runtime.engine import Engine
 
 SOURCE = PythonSource(ModelDescription("p", "p", ()), "slave:Slave", {}, {})
 
@@ -33,7 +32,6 @@ def names(program: Program) -> list[str]:
         (SOURCE, {"native": True}, "cannot be a native FMU"),
         (SOURCE, {"outputs": ["*"]}, "is Python code"),
         (SOURCE, {"method": "rk45"}, "is Python code"),
-        (SOURCE, {"rename": {"a": "b"}}, "is Python code"),
     ],
 )
 def test_options_that_are_refused(
@@ -60,21 +58,3 @@ class TestOutputs:
         """`a` is the rate of the state v; without it the FMU shows der(v)."""
         assert "der(v)" not in names(with_rates(driven()))
         assert "der(v)" in names(with_rates(with_outputs(driven(), ["height"])))
-
-
-class TestRenamed:
-    @pytest.mark.parametrize("table", [{"x": "v", "v": "x"}, {"x": "energy", "energy": "x"}])
-    def test_names_may_change_places(self, table: dict[str, str]) -> None:
-        full = with_rates(driven())
-        x, u = [0.3, 0.7], [0.1] * len(full.inputs)
-        engines = Engine(full), Engine(renamed(full, table))
-        for engine in engines:
-            engine.set_inputs(u)
-        assert list(engines[0].rates(0.2, x)) == list(engines[1].rates(0.2, x))
-
-    def test_a_whole_group(self) -> None:
-        grouped = renamed(driven(), {"x": "arm.x", "v": "arm.v"})
-        program = renamed(with_rates(grouped), {"arm.*": "lever.tip.*"})
-        assert [v.name for v in program.states] == ["lever.tip.x", "lever.tip.v"]
-        assert program.states[1].derivative_of == "lever.tip.x"
-        assert "der(lever.tip.x)" in names(program)

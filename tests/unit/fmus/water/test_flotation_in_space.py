@@ -79,7 +79,6 @@ def told(
     heading: float = 0.0,
     roll: float = 200.0,
     start: Mapping[str, float] | None = None,
-    rename: Mapping[str, str] | None = None,
 ) -> tuple[str, ...]:
     """Warnings of the start of a model in water, whose coefficients are for a heading [deg]."""
     folder.mkdir(exist_ok=True)
@@ -87,7 +86,7 @@ def told(
     program = model_program(load_model(folder / "barge.model.yaml"))
     water = hydrodynamics_program(coefficients(roll), name="hydro", heading=Heading(heading))
     barge = build_fmu(program, folder / "barge.fmu", native=True)
-    hydro = build_fmu(water, folder / "hydro.fmu", native=True, rename=rename or {})
+    hydro = build_fmu(water, folder / "hydro.fmu", native=True)
     parts = (Component("barge", FmuFile(barge)), Component("hydro", FmuFile(hydro), start or {}))
     links = ("barge.hull <-> hydro.hull", "hydro.added_mass -> barge.added_mass", *connections)
     return run(System("float", parts, links, Simulation(0.1, 0.05))).warnings
