@@ -13,7 +13,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Annotated, TypeVar
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 from m4e_fmi.cosim.system.simulation import Simulation, Time, fits, misfit, seconds
 from m4e_fmi.errors import InputError, Problem
@@ -26,6 +26,8 @@ from m4e_fmi.shown import short
 from m4e_fmi.units import Quantity, Unit
 
 OWN, HERE = "own", "here"
+LEAST_MEMORY = 10**8
+"""Bytes that a worker needs before it has loaded an FMU."""
 KIND_GROUP = "m4e_fmi.fmus"
 StartValue = float | int | bool | str | Quantity
 Start = Mapping[str, StartValue]
@@ -44,11 +46,13 @@ class ProcessLimits(Section):
     """Limits for FMUs in processes of their own.
 
     `call`: time that each call of the FMU may take [s], or with a unit, 600 s by default.
-    `end`: the same for terminating and freeing it, 30 s by default.
+    `end`: the same for terminating and freeing it, 30 s by default. `memory`: address space of each
+    process [bytes], 100 MB at least; no limit by default.
     """
 
     call: Limit = None
     end: Limit = None
+    memory: Annotated[int | None, Field(ge=LEAST_MEMORY)] = None
 
     def __bool__(self) -> bool:
         return self != ProcessLimits()

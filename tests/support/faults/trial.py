@@ -28,7 +28,7 @@ from m4e_fmi.results.results_file import Results, load
 COMPONENTS = {"buoy": "mass", "arm": "middle", "line": "spring"}
 """A chain of two masses and a spring, each component an FMU of its own."""
 STOP, STEP = 2.0, 0.01  # s
-LIMIT, MEMORY = 1.0, "400 MB"
+LIMIT, MEMORY = 1.0, 400_000_000
 """Seconds that a call of an FMU may take, and address space of its process."""
 CHECKPOINTS = 0.13
 """Simulated seconds between checkpoints."""

@@ -244,9 +244,13 @@ def _serve(request: Request) -> None:
 
 
 def _settle(request: Request) -> None:
-    """Environment and search path."""
+    """Environment, search path and limits."""
     os.environ.update(request["environment"])
     sys.path[:] = request["path"]
+    if request["limit"] is not None:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (request["limit"], request["limit"]))
 
 
 def load_library(path: str, needed: Iterable[str]) -> ctypes.CDLL:

@@ -61,12 +61,13 @@ class Host:
     """Limits of a worker, and what it knows of the user's environment.
 
     `call` is the time [s] that instantiating, initialising, a step and all other calls may take
-    each, `end` that for terminating and freeing; `keep` are the names of further variables of the
-    environment that the FMU gets.
+    each, `end` that for terminating and freeing; `memory` the address space [bytes], None for no
+    limit; `keep` are the names of further variables of the environment that the FMU gets.
     """
 
     call: float = CALL
     end: float = END
+    memory: int | None = None
     keep: tuple[str, ...] = ()
 
 
@@ -146,6 +147,7 @@ class Worker:
             "runtime": str(library_path()),
             "memory": str(memory),
             "folder": str(folder),
+            "limit": host.memory,
             "environment": {name: os.environ[name] for name in host.keep if name in os.environ},
             "path": sys.path,
         }
