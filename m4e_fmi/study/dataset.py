@@ -122,17 +122,11 @@ def dataset(
         found[name] = _variable(names, np.array(values, dtype=float).reshape(shape), unit, text)
     failures = np.array([_valid(r.failure) for r in records], dtype=object).reshape(shape)
     found["failure"] = (names, failures, {"long_name": "why the run failed; empty if it did not"})
-    if grid.not_run:
+    if not grid.is_run.all():
         text = "False of what has no probability and is not run"
         found["is_run"] = (names, grid.is_run, {"long_name": text})
-    weighted, shares = list[str](), np.ones(())
     if grid.probability:
-        weighted, shares = [*grid.probability[0]], grid.probability[1]
-    for axis in grid.axes:  # independent of the sea states of a scatter diagram
-        if axis.weights is not None:
-            weighted.append(axis.name)
-            shares = np.multiply.outer(shares, np.array(axis.weights))
-    if weighted:
+        weighted, shares = grid.probability
         text = "probability of a sea state or case"
         found["probability"] = _variable(weighted, shares, "1", text)
     _add_series(found, study, records, labels)

@@ -115,7 +115,7 @@ def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None
     for one in records:
         for line in _lines(one):
             warnings[line] = warnings.get(line, 0) + 1
-    notes = (*work.notes, *(one.text for one in study.grid.not_run))
+    notes = (*work.notes, *filter(None, (one.text for one in study.grid.shares)))
     record = carried_record(
         study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
     )

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.study.dataset import Labels, dataset, write_dataset
-from m4e_fmi.study.given.grid import Axis, Grid, Scalar, Varied
+from m4e_fmi.study.given.grid import Axis, Grid, Scalar, Shares, Varied
 from m4e_fmi.study.given.study import Study, Wanted
 from m4e_fmi.study.record import Record
 from m4e_fmi.study.report.record import carried_record, inputs_of
@@ -81,7 +81,7 @@ def matrix(folder: Path, *, failing: bool = True) -> Path:
         axis("damping", DAMPINGS),
         axis("seed", range(1, SEEDS + 1), repeats=True),
     )
-    grid = Grid(axes, (("Hs", "Tp"), PROBABILITY))
+    grid = Grid(axes, (Shares(("Hs", "Tp"), PROBABILITY),))
     time = np.arange(0.0, 100.0, 0.1)
     records = []
     for run in range(grid.count):

@@ -12,13 +12,7 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.study.given.grid import (
-    Axis,
-    Grid,
-    NotRun,
-    Varied,
-    points_without_time,
-)
+from m4e_fmi.study.given.grid import Axis, Grid, Shares, Varied
 from m4e_fmi.study.given.sections import (
     MOST_POINTS,
     AxisSection,
@@ -37,8 +31,7 @@ RESERVED = (
 
 def grid_of(section: StudySection, document: Document, problems: list[Problem]) -> Grid:
     """The dimensions of a study file, of which wrong ones are left out; adds to `problems`."""
-    axes, not_run = list[Axis](), list[NotRun]()
-    probability: tuple[tuple[str, str], np.ndarray] | None = None
+    axes, all_shares = list[Axis](), list[Shares]()
     covered, folder = "", document.path.parent
 
     @contextmanager
@@ -61,23 +54,15 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
             plain = _varied(given.columns, ("table", "columns"))
             heads = zip(plain, given.columns.values(), units, strict=True)
             varied = tuple(replace(one, column=head, unit=unit) for one, head, unit in heads)
-            axes.append(Axis("case", varied, points, weights))
-            if weights and not given.run_all:
-                not_run += points_without_time(
-                    ("case",), np.array(weights), "table", "cases",
-                    "has the weight 0 and is", "have the weight 0 and are",
-                )  # fmt: skip
+            axes.append(Axis("case", varied, points))
+            if weights:
+                all_shares.append(Shares(("case",), np.array(weights), "table", given.run_all))
     if given := section.scatter:
         with collected():
             both, shares, covered = scatter(folder, given, document)
-            names = given.rows, given.columns
             axes += both
-            probability = names, shares
-            if not given.run_all:
-                not_run += points_without_time(
-                    names, shares, "scatter", "sea states",
-                    "does not occur and is", "do not occur and are",
-                )  # fmt: skip
+            names = given.rows, given.columns
+            all_shares.insert(0, Shares(names, shares, "scatter", given.run_all))
     places = [(t, v.location) for axis in axes for v in axis.varied for t in v.targets]
     problems += [
         document.problem(at, f"{name} is varied twice", "leave one out")
@@ -92,7 +77,7 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
         document.problem(axis.varied[0].location, message, remedy)
         for axis in [axis for axis in axes if axis.repeats][1:]
     ]
-    made = Grid(tuple(axes), probability, covered, tuple(not_run))
+    made = Grid(tuple(axes), tuple(all_shares), covered)
     named = _named(made, {*RESERVED, *section.wanted}, document, problems)
     if named.size > MOST_POINTS:
         message = f"the dimensions have {named.size:,} points together, {MOST_POINTS:,} at most"
@@ -120,12 +105,8 @@ def _named(made: Grid, taken: set[str], document: Document, problems: list[Probl
         for name, at in _repeated(_coordinates(named))
     ]
     of_axes = {old.name: new.name for old, new in zip(made.axes, named, strict=True)}
-    probability = made.probability
-    if probability:
-        (rows, columns), shares = probability
-        probability = (of_axes[rows], of_axes[columns]), shares
-    not_run = (replace(one, names=tuple(of_axes[n] for n in one.names)) for one in made.not_run)
-    return Grid(tuple(named), probability, made.covered, tuple(not_run))
+    shares = (replace(one, names=tuple(of_axes[n] for n in one.names)) for one in made.shares)
+    return Grid(tuple(named), tuple(shares), made.covered)
 
 
 def _varied(names: Iterable[str], location: Location) -> tuple[Varied, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -30,14 +30,12 @@ class Varied:
 class Axis:
     """A dimension `name`; each of its `points` has one value for each of the `varied` quantities.
 
-    `weights` are those of the points, if they have any [1]. `repeats` are runs of one design, with
-    other seeds.
+    `repeats` are runs of one design, with other seeds.
     """
 
     name: str
     varied: tuple[Varied, ...]
     points: tuple[tuple[Scalar, ...], ...] = field(repr=False)
-    weights: tuple[float, ...] | None = field(default=None, repr=False)
     repeats: bool = False
 
     def __len__(self) -> int:
@@ -60,27 +58,38 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class NotRun:
-    """Points of the dimensions `names` that are not run: `points` (…) [1], and why in words."""
+class Shares:
+    """Shares of time `values` (…) [1] of the points of the dimensions `names`.
+
+    Points of 0 are run only if `run_all`; `key` is the section of the file that says so.
+    """
 
     names: tuple[str, ...]
-    points: np.ndarray = field(repr=False)
-    text: str
+    values: np.ndarray = field(repr=False)
+    key: str = ""
+    run_all: bool = False
+
+    @property
+    def text(self) -> str:
+        """A note on points that are not run; "" if there are none."""
+        count = 0 if self.run_all else int(np.sum(self.values == 0.0))
+        points = f"{count} of {self.values.size} points of {', '.join(self.names)}"
+        remedy = f"{self.key}: {{run_all: true}} runs them"
+        return f"without a share of time, and not run: {points} ({remedy})" if count else ""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """All dimensions, and the probability of each point of the two of a scatter diagram.
+    """All dimensions, and the shares of time of the points of a scatter diagram, of a table.
 
     `covered` tells how much of the time the diagram stands for, where its entries do not say so.
-    Runs have the numbers of their points, from 0, the last dimension first; those of `not_run`
-    are none.
+    Runs have the numbers of their points, from 0, the last dimension first; those without a share
+    of time are none.
     """
 
     axes: tuple[Axis, ...]
-    probability: tuple[tuple[str, str], np.ndarray] | None = None
+    shares: tuple[Shares, ...] = ()
     covered: str = ""
-    not_run: tuple[NotRun, ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -103,11 +112,19 @@ class Grid:
         """1 of the points that are run, else 0: truth values (…) [1] in the shape of the grid."""
         found = np.ones(self.shape, dtype=bool)
         names = [axis.name for axis in self.axes]
-        for one in self.not_run:
+        for one in self.shares:
             order = np.argsort([names.index(name) for name in one.names])
             shape = [len(axis) if axis.name in one.names else 1 for axis in self.axes]
-            found &= ~one.points.transpose(order).reshape(shape)
+            found &= one.run_all | (one.values > 0.0).transpose(order).reshape(shape)
         return found
+
+    @property
+    def probability(self) -> tuple[tuple[str, ...], np.ndarray] | None:
+        """Dimensions, and the probabilities (n, …) [1] of their points; None without shares."""
+        if not self.shares:
+            return None
+        names = tuple(name for one in self.shares for name in one.names)
+        return names, reduce(np.multiply.outer, [one.values for one in self.shares])
 
     @cached_property
     def runs(self) -> list[int]:
@@ -142,17 +159,3 @@ class Grid:
             else:
                 parts.append(f"{axis.name} {k + 1}")
         return ", ".join(parts) or "the run"
-
-
-def points_without_time(
-    names: tuple[str, ...], shares: np.ndarray, section: str, what: str, one: str, many: str
-) -> list[NotRun]:
-    """The points of dimensions whose `shares` (n, …) [1] of time are 0, if there are any.
-
-    `what` they are, and what `one` or `many` of them do, are words; `section` is that of the file.
-    """
-    none = shares == 0.0
-    count = int(none.sum())
-    remedy = f"{section}: {{run_all: true}} runs them"
-    text = f"{count} of {shares.size} {what} {one if count == 1 else many} not run ({remedy})"
-    return [NotRun(names, none, text)] if count else []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.errors import InputError, is_file, missing_file
-from m4e_fmi.study.given.grid import Axis, Grid, NotRun, Varied
+from m4e_fmi.study.given.grid import Axis, Grid, Shares, Varied
 from m4e_fmi.study.report.record import StudyRecord, record_of
 from m4e_fmi.study.shown.over_states import Averaged, States, averaged, states_of
 from m4e_fmi.threads import PROCESS
@@ -130,15 +130,13 @@ def load_study_result(path: Path) -> StudyResult:
             names = [str(name) for name in data["failure"].dims]
             wanted = [*record.wanted, *OF_RUNS]
             shape = data["failure"].shape
-            left = (
-                ~data["is_run"].values.astype(bool) if "is_run" in data else np.zeros(shape, bool)
-            )
+            run = data["is_run"].values.astype(float) if "is_run" in data else np.ones(shape)
             axes = tuple(_axis(data, name, repeats=name in record.repeats) for name in names)
             return StudyResult(
                 path=path,
                 attributes={str(name): str(value) for name, value in data.attrs.items()},
                 record=record,
-                grid=Grid(axes, not_run=(NotRun(tuple(names), left, ""),)),
+                grid=Grid(axes, (Shares(tuple(names), run),)),
                 labels={
                     str(name): (unit_of(one), str(one.attrs.get("long_name", "")))
                     for name, one in data.coords.items()

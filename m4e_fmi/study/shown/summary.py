@@ -46,7 +46,7 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     seeds = any(axis.repeats and len(axis) > 1 for axis in grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
     yield f"{wanted.name}{_bracketed(unit)}: {wanted}{how}"
-    states = outcome.study.grid.probability
+    states = grid.probability
     shown_first = found.led_by(states[0]) if states else found  # a scatter diagram for each design
     yield from _table(shown_first.scaled(scale))
     if found.missing.any():

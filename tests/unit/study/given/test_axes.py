@@ -66,7 +66,7 @@ def test_tables_are_cases_with_weights(tmp_path: Path) -> None:
     text = "table: {file: t.csv, columns: {w.hs: Hs, w.tp: Tp}, weight: p}\n"
     found = grid(tmp_path, text)
     assert found.values(1) == {"w.hs": 2.0, "w.tp": 7.0}
-    assert found.axes[0].weights == (0.25, 0.75)
+    assert found.shares[0].values.tolist() == [0.25, 0.75]
 
 
 def test_a_scatter_diagram_is_two_dimensions(tmp_path: Path) -> None:
@@ -104,11 +104,11 @@ def test_what_has_no_probability_is_not_run(tmp_path: Path) -> None:
     assert [found.label(run) for run in found.runs] == [
         "x 1, h 1, t 6", "x 1, h 2, t 5", "x 2, h 1, t 6", "x 2, h 2, t 5"
     ]  # fmt: skip
-    assert "4 of 6 sea states do not occur and are not run" in found.not_run[0].text
+    assert "not run: 4 of 6 points of h, t (scatter: {run_all" in found.shares[0].text
     table = "table: {file: t.csv, columns: {k: k}, weight: p}\n"
     both = grid(tmp_path, table + scatter)
-    assert [one.names for one in both.not_run] == [("case",), ("h", "t")]
+    assert [one.names for one in both.shares] == [("h", "t"), ("case",)]
     assert both.count == 2 * 2
     every = grid(tmp_path, (table + scatter).replace("}\n", ", run_all: true}\n"))
     assert every.count == every.size == 18
-    assert not every.not_run
+    assert not any(one.text for one in every.shares)

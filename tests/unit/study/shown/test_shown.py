@@ -87,7 +87,7 @@ def test_states_that_do_not_occur_are_not_run(tmp_path: Path) -> None:
     assert np.isnan(outcome.data["wall_time"].sel(k=40, u=1)).all()
     lines = summary(outcome)
     assert "carts: 6 runs, 6 made" in lines
-    assert "1 of 4 sea states does not occur and is not run" in lines
+    assert "and not run: 1 of 4 points of k, u" in lines
     assert not {"warning", "failed"} & set(lines.split())
     found = load_study_result(output)
     assert (found.grid.count, found.record.made, len(found.failed)) == (6, 6, 0)
