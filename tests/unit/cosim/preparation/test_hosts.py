@@ -56,7 +56,7 @@ def test_keys_of_system_files(stranger: Path, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(SYSTEM.format(fmu=stranger, keys="", more=more))
     found = prepare(load_system(file)).hosts["a"]
-    assert found == Host(0.5, 2.0, ("LICENSE",))
+    assert found == Host(0.5, 2.0, keep=("LICENSE",))
 
 
 def test_without_fork_a_stranger_runs_here_and_a_request_is_refused(
