@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         linearize,
         modes,
         sensitivity,
+        trajectory_sensitivity,
     )
     from m4e_fmi.analysis.comparison import compare
     from m4e_fmi.analysis.decay import fit_decay
@@ -75,6 +76,7 @@ __all__ = [
     "study",
     "system_in_waves",
     "system_program",
+    "trajectory_sensitivity",
     "validate_fmu",
     "wave_response",
     "write_report",
@@ -87,6 +89,7 @@ _MODULES = {
         "linearize",
         "modes",
         "sensitivity",
+        "trajectory_sensitivity",
     ),
     "analysis.comparison": ("compare",),
     "analysis.decay": ("fit_decay",),

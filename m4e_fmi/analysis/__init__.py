@@ -18,6 +18,7 @@ from m4e_fmi.analysis.sensitivity import (
     eigenvalue_sensitivity,
     sensitivity,
 )
+from m4e_fmi.analysis.trajectory import TrajectorySensitivity, trajectory_sensitivity
 from m4e_fmi.analysis.trim import trimmed
 
 __all__ = [
@@ -30,11 +31,13 @@ __all__ = [
     "OperatingPoint",
     "Sensitivities",
     "Sensitivity",
+    "TrajectorySensitivity",
     "eigenvalue_sensitivity",
     "equilibrium",
     "frequency_response",
     "linearize",
     "modes",
     "sensitivity",
+    "trajectory_sensitivity",
     "trimmed",
 ]

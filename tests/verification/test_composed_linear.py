@@ -21,6 +21,7 @@ from m4e_fmi.analysis import (
     linearize,
     modes,
     sensitivity,
+    trajectory_sensitivity,
 )
 from m4e_fmi.cosim import system_program
 from m4e_fmi.fmu import build_fmu
@@ -180,6 +181,19 @@ def test_sensitivities_of_the_equilibrium_and_of_the_motion(seed: int, tmp_path:
         return np.array([equilibrium(program, at=values)["m0.joint.rail.q"]])
 
     assert found.values == pytest.approx(by_differences(settled, at, by), rel=1e-6)
+
+    start = {v.name: v.start for v in (*program.parameters, *program.inputs, *program.states)}
+    by = [*by, "m1.joint.rail.q"]
+    times: dict[str, Any] = {"stop_time": 2.0, "output_interval": 0.1, "tolerance": 1e-11}
+    motion = trajectory_sensitivity(program, of=["m0.body.bob.z"], by=by, **times)
+
+    def ended(values: dict[str, float]) -> np.ndarray:
+        given: dict[str, float | str] = {name: values[name] for name in by}
+        return np.asarray(simulate(program, start_values=given, **times)["m0.body.bob.z"])
+
+    exact = by_differences(ended, start, by)
+    scale = np.abs(exact).max(axis=0)
+    assert (np.abs(motion.derivatives[:, 0] - exact) <= 1e-6 * scale).all()
 
 
 def test_an_ensemble_has_the_motions_of_simulate(tmp_path: Path) -> None:

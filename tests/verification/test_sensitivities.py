@@ -14,6 +14,7 @@ from m4e_fmi.analysis import (
     linearize,
     modes,
     sensitivity,
+    trajectory_sensitivity,
 )
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import (
@@ -27,6 +28,7 @@ from m4e_fmi.model import (
     TorsionSpring,
 )
 from m4e_fmi.multibody import model_program
+from m4e_fmi.simulate import simulate
 
 BY = ("m", "L", "k", "c")
 CLOSE = 1e-6
@@ -167,6 +169,45 @@ def test_equal_eigenvalues_have_no_derivative() -> None:
     assert np.isfinite(different.values).all()
 
 
+@pytest.mark.verifies(
+    "sensitivities of ten seconds of motion",
+    independent="central differences of fourth order",
+    tolerance="1e-6",
+)
+def test_a_trajectory_of_ten_seconds() -> None:
+    """By parameters and by a start value, of states and outputs."""
+    model = pendulum()
+    by = [*BY, "joint.elbow.u"]
+    of = ["joint.elbow.q", "joint.elbow.u", "point.tip.x", "joint.shoulder.reaction_z"]
+    found = trajectory_sensitivity(
+        model, of=of, by=by, stop_time=10.0, output_interval=0.5, tolerance=1e-11
+    )
+    assert found.derivatives.shape == (21, 4, 5)
+    program = model_program(model)
+
+    def values(p: float, name: str) -> np.ndarray:
+        # as exact as doubles allow: differences divide its error by STEP
+        run = simulate(
+            program,
+            start_values={name: p},
+            stop_time=10.0,
+            output_interval=0.5,
+            tolerance=1e-13,
+        )
+        return np.column_stack([run[n] for n in of])
+
+    assert found.values == pytest.approx(values(model.parameters["m"].value, "m"), abs=1e-8)
+    for name in by:
+        start = model.parameters[name].value if name in BY else 0.0
+        if start:
+            expected = difference(lambda p: values(p, name), start)  # noqa: B023
+        else:
+            expected = difference(lambda p: values(p - 1.0, name), 1.0)  # noqa: B023
+        scale = np.abs(expected).max(axis=0)
+        exact = np.stack([found[n, name] for n in of], axis=1)
+        assert np.abs((exact - expected) / scale).max() < CLOSE
+
+
 def test_once_recorded_everywhere() -> None:
     model = pendulum()
     everywhere = Sensitivities(model, of=["energy.kinetic"], by=["L"])
@@ -182,3 +223,5 @@ def test_refusals() -> None:
         sensitivity(model, of=[], by=["n"])
     with pytest.raises(InputError, match=r"no input or parameter joint\.elbow\.q"):
         sensitivity(model, of=[], by=["joint.elbow.q"], moving=True)
+    with pytest.raises(InputError, match=r"of outputs and states, got der\(joint\.elbow\.u\)"):
+        trajectory_sensitivity(model, of=["der(joint.elbow.u)"], by=["m"], stop_time=1.0)

@@ -22,6 +22,7 @@ from m4e_fmi.analysis import (
     linearize,
     modes,
     sensitivity,
+    trajectory_sensitivity,
 )
 from m4e_fmi.model import (
     Body,
@@ -35,6 +36,7 @@ from m4e_fmi.model import (
 )
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program
+from m4e_fmi.simulate import simulate
 
 BY = ("m", "L", "k", "c")
 CLOSE = 1e-6
@@ -219,3 +221,25 @@ def test_a_top_in_closed_form() -> None:
         k = int(np.argmin(np.abs(found.eigenvalues - 1j * rate)))
         slope = found.left[:, k].conj() @ change @ found.right[:, k]
         assert slope == pytest.approx(1j * polar * rate / (side * root), rel=1e-8)
+
+
+def test_a_trajectory() -> None:
+    """Two seconds, by parameters and by the angular velocity at the start."""
+    model = moored()
+    by, of = ["L", "k", "joint.ball.omega_z"], ["body.hull.psi", "body.bob.x", "joint.ball.e1"]
+    found = trajectory_sensitivity(
+        model, of=of, by=by, stop_time=2.0, output_interval=0.5, tolerance=1e-11
+    )
+    program = model_program(model)
+    start = {v.name: v.start for v in (*program.parameters, *program.states)}
+
+    for name in by:
+
+        def values(p: float, name: str = name) -> np.ndarray:
+            run = simulate(program, start_values={name: p}, stop_time=2.0, output_interval=0.5,
+                           tolerance=1e-13)  # fmt: skip
+            return np.column_stack([run[n] for n in of])
+
+        expected = difference(values, start[name])
+        exact = np.stack([found[n, name] for n in of], axis=1)
+        assert np.abs((exact - expected) / np.abs(expected).max(axis=0)).max() < CLOSE
