@@ -5,7 +5,6 @@ It imports everything but `cli`; results, which are below, ask for it by `m4e_fm
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -21,22 +20,12 @@ def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
 
     InputError for a name that is not there.
     """
-    from matplotlib.figure import Figure
-
     from m4e_fmi.report.drawing.figures import results_figure, simulation_figure
-    from m4e_fmi.report.drawing.style import DOTS_PER_INCH
     from m4e_fmi.results.results_file import Results
 
-    class ShownFigure(Figure):
-        """A figure of matplotlib that notebooks show as a picture, without pyplot."""
-
-        def _repr_png_(self) -> bytes:
-            picture = io.BytesIO()
-            self.savefig(picture, format="png", dpi=DOTS_PER_INCH)
-            return picture.getvalue()
-
-    made = results_figure if isinstance(shown, Results) else simulation_figure
-    return made(shown, names, kind=ShownFigure)  # pyrefly: ignore[bad-argument-type]
+    if isinstance(shown, Results):
+        return results_figure(shown, names)
+    return simulation_figure(shown, names)
 
 
 def animation(results: Results) -> Animation:

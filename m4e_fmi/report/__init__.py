@@ -1,7 +1,7 @@
 """Output for people: progress, summaries, tables, figures, drawings, animations.
 
 Imports everything below it. Start with `summaries`, then `figures`; `panels` says what is shown.
-Pictures and animations start from a `scene`, painted by `views`; `symbols`, `parts`
+Pictures and animations start from a `scene`, painted by `views`; `parts`, `hulls`
 give outlines, `style` the colours. Reports: `run_report`, of the parts in `web`.
 """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, unknown_names
 from m4e_fmi.report.drawing.labels import shortened
-from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, plain, save
+from m4e_fmi.report.drawing.style import BODY_COLOURS, DOTS_PER_INCH, GREY, plain, save
 from m4e_fmi.report.panels import Panel, by_unit, fitting, moving, panels
 from m4e_fmi.results.results_file import Results, Series, load
 
@@ -34,12 +35,10 @@ def plot_run(results: str | Path, picture: str | Path, *, variables: Sequence[st
     return save(results_figure(load(results), variables), picture)
 
 
-def results_figure(
-    results: Results, variables: Sequence[str] = (), *, kind: type[Figure] | None = None
-) -> Figure:
-    """The same as a figure of matplotlib, or of the `kind` derived from it."""
+def results_figure(results: Results, variables: Sequence[str] = ()) -> Figure:
+    """The same as a figure of matplotlib."""
     shown = _shown(results.series, variables)
-    return _draw(results.attributes.get("title", ""), results.time, shown, kind)
+    return _draw(results.attributes.get("title", ""), results.time, shown)
 
 
 def plot_simulation(
@@ -53,17 +52,15 @@ def plot_simulation(
     return save(simulation_figure(simulation, variables), picture)
 
 
-def simulation_figure(
-    simulation: Simulation, variables: Sequence[str] = (), *, kind: type[Figure] | None = None
-) -> Figure:
-    """The same as a figure of matplotlib, or of the `kind` derived from it."""
+def simulation_figure(simulation: Simulation, variables: Sequence[str] = ()) -> Figure:
+    """The same as a figure of matplotlib."""
     series = {
         name: simulation[name]
         for name, variable in simulation.variables.items()
         if variables or not variable.local
     }
     shown = _shown(series, variables)
-    return _draw(simulation.program.name, simulation.time, shown, kind)
+    return _draw(simulation.program.name, simulation.time, shown)
 
 
 def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
@@ -80,12 +77,20 @@ def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
     return by_unit({name: series[name] for name in variables})
 
 
-def _draw(title: str, time: np.ndarray, shown: list[Panel], kind: type[Figure] | None) -> Figure:
+def _draw(title: str, time: np.ndarray, shown: list[Panel]) -> Figure:
     from matplotlib.figure import Figure
+
+    class ShownFigure(Figure):
+        """A figure of matplotlib that notebooks show as a picture, without pyplot."""
+
+        def _repr_png_(self) -> bytes:
+            picture = io.BytesIO()
+            self.savefig(picture, format="png", dpi=DOTS_PER_INCH)
+            return picture.getvalue()
 
     zoomed = bool(len(time)) and time[-1] - time[0] > 2 * ZOOM
     columns = 2 if zoomed else 1
-    figure = (kind or Figure)(figsize=(11, 1.2 + 1.75 * max(1, len(shown))), layout="constrained")
+    figure = ShownFigure(figsize=(11, 1.2 + 1.75 * max(1, len(shown))), layout="constrained")
     axes = figure.subplots(
         max(1, len(shown)),
         columns,

@@ -18,9 +18,8 @@ from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report.animation.frames import Poses, poses_of
 from m4e_fmi.report.animation.scene import GROUND, Scene
-from m4e_fmi.report.drawing.parts import colour_of, tie_lines
+from m4e_fmi.report.drawing.parts import colour_of, ground, tie_lines
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, INK, PAPER
-from m4e_fmi.report.drawing.symbols import ground
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
