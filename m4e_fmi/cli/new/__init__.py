@@ -19,7 +19,6 @@ from m4e_fmi.cli.shared.log import print_files
 from m4e_fmi.errors import InputError, Problem
 
 TEMPLATES = Path(__file__).parent / "templates"
-LONGEST = 50
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -151,8 +150,6 @@ def _wrong_name(name: str, *, is_code: bool) -> Iterator[Problem]:
     if not _NAME.fullmatch(name):
         message = f"{name!r} is not a name: it takes a letter, then letters, digits and _"
         yield Problem(message, "take one such as my_buoy")
-    elif len(name) > LONGEST:
-        yield Problem(f"the name has {len(name)} characters, and may have {LONGEST}")
     elif is_device(name):
         yield Problem(f"{name} is the name of a device on Windows", f"take my_{name}")
     elif is_code and (keyword.iskeyword(name) or name in sys.stdlib_module_names):

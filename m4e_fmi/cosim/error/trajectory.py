@@ -18,8 +18,8 @@ from m4e_fmi.cosim.network.network import Change, Network
 from m4e_fmi.cosim.network.operations import gather
 from m4e_fmi.cosim.network.schedule import StepLoop
 from m4e_fmi.cosim.stepping.algorithm import BLOCK, Algorithm, Scheduled, Undoing, step_loop
-from m4e_fmi.cosim.stepping.time_events import NEVER, in_nanoseconds
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.stepping.time_events import in_nanoseconds
+from m4e_fmi.cosim.system.simulation import NEVER, NS_PER_SECOND
 
 
 class Trajectory:

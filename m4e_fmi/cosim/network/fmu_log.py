@@ -35,8 +35,7 @@ class FmuMessage:
     """One kind of message: `text` is the first of them, `first` and `last` are times [s].
 
     `status` is FMI's word in small letters: warning, discard, error, fatal or pending. The times
-    are those at which the steps began in which the messages came; `steps` is how many steps of the
-    system these were, 0 where `count` is one of steps of the FMU.
+    are those at which the steps began in which the messages came.
     """
 
     component: str
@@ -45,19 +44,13 @@ class FmuMessage:
     count: int
     first: float
     last: float
-    steps: int = 0
 
     def __str__(self) -> str:
         if self.count == 1:
             when = f"{self.status} at t = {self.first:.9g} s"
         else:
             until = f" to {self.last:.9g} s" if self.last != self.first else ""
-            times = f"{self.count} times"
-            if not self.steps:
-                times = f"in {self.count} steps of the FMU"
-            elif self.steps < self.count:
-                times += f" in {self.steps} step{'s' * (self.steps > 1)} of the system"
-            when = f"{self.status}, {times}, t = {self.first:.9g} s{until}"
+            when = f"{self.status}, {self.count} times, t = {self.first:.9g} s{until}"
         return f"{self.component}, {when}: {self.text}"
 
 
@@ -95,11 +88,10 @@ class Journal:
         if key not in kinds and len(kinds) >= KINDS:
             key, plain = (status, FURTHER), FURTHER
         if known := kinds.get(key):
-            steps = known.steps + (now != known.last)
-            kinds[key] = replace(known, count=known.count + 1, last=now, steps=steps)
+            kinds[key] = replace(known, count=known.count + 1, last=now)
             return
         word = STATUS.get(status, "pending").lower()
-        kinds[key] = FmuMessage(component, word, plain, 1, now, now, 1)
+        kinds[key] = FmuMessage(component, word, plain, 1, now, now)
         self.notice(str(kinds[key]))
 
     def notice(self, line: str) -> None:

@@ -19,15 +19,13 @@ import numpy as np
 from m4e_fmi.cosim.network import operations as op
 from m4e_fmi.cosim.network.instance import Instance
 from m4e_fmi.cosim.network.operations import Operation
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NEVER, NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import DISCARD, RawCall
 from m4e_fmi.fmu.importer.calls.access import RawComponent, runtime_function
 from m4e_fmi.runtime.library import library
 
-NEVER = 2**63
+NO_ROWS = 2**63
 """Steps from row to row where there are no rows."""
-FAR = 2**62
-"""A time [ns] that no run reaches."""
 
 
 class Schedule:
@@ -127,7 +125,7 @@ class StepLoop:
     ) -> None:
         self.step = step
         self.row = row or Schedule(())
-        self.state = LoopState(every=every if row else NEVER, rows_from=FAR)
+        self.state = LoopState(every=every if row else NO_ROWS, rows_from=NEVER)
         ended = RawComponent.ended.offset  # pyrefly: ignore[missing-attribute]
         places = [ctypes.addressof(instance.events) + ended for instance in telling]
         places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]

@@ -2,7 +2,7 @@
 
 ::
 
-    m4e_fmi checkpoint 7\\n
+    m4e_fmi checkpoint 8\\n
     SHA-256 of all that follows, 64 hexadecimal digits\\n
     the bytes of a `Saved` (see `encoding`)
 
@@ -38,7 +38,7 @@ from m4e_fmi.fmu.importer.calls import SerializedState
 
 SUFFIX = ".checkpoint"
 MAGIC = b"m4e_fmi checkpoint "
-VERSION = 7
+VERSION = 8
 """The number of the form; files of other numbers are refused."""
 _REMEDY = "take another checkpoint, or run again from the start"
 EXACT = 1e-6

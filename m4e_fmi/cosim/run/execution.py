@@ -145,14 +145,12 @@ class Execution:
         return why_fixed(variable)
 
     def _variable(self, name: str) -> tuple[Port, Variable]:
-        component, _, inner = name.partition(".")
-        description = self._descriptions.get(component)
-        if description is None or inner not in description.variables:
-            known = [str(port) for port, _ in self._all()]
-            raise UnknownNameError.single(
-                f"no variable is called {name!r}", suggestion(name, known, "variables")
-            )
-        return Port(component, inner), description.variables[inner]
+        port = Port.named(name)
+        description = self._descriptions.get(port.component)
+        if description is None or port.variable not in description.variables:
+            known = [str(one) for one, _ in self._all()]
+            raise UnknownNameError.of("no variable is called", [name], known)
+        return port, description.variables[port.variable]
 
     def _all(self) -> Iterator[tuple[Port, Variable]]:
         for component, description in self._descriptions.items():

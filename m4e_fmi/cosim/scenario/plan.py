@@ -24,8 +24,6 @@ from m4e_fmi.units import Quantity, parse_quantity
 
 COMPONENT = "scenario"
 """The name under which actions are in the results."""
-NEVER = 2**62
-"""A time [ns] that no run reaches."""
 COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     ">=": operator.ge,
     "<=": operator.le,

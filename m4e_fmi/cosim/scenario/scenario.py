@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.cosim.scenario.plan import COMPONENT, NEVER, PlannedAction, Planner, Setting
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
+from m4e_fmi.cosim.scenario.plan import COMPONENT, PlannedAction, Planner, Setting
+from m4e_fmi.cosim.system.simulation import NEVER, NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.wiring.links import PLAIN, Bond, InputScales, Link, Port
 from m4e_fmi.cosim.wiring.prepared import Prepared

@@ -18,13 +18,11 @@ import sys
 import numpy as np
 
 from m4e_fmi.cosim.network.network import Network
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NEVER, NS_PER_SECOND
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.units import parse_unit
 
 NEXT_EVENT_TIME = "next_event_time"
-NEVER = 2**62
-"""A time [ns] that no run reaches."""
 
 
 def announces(description: Description) -> bool:

@@ -37,6 +37,8 @@ from m4e_fmi.units import parse_unit
 
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
+NEVER = 2**62
+"""A time [ns] that no run reaches."""
 HUGE = re.compile(r"e[+-]?\d{3}", re.IGNORECASE)
 """An exponent that no step has, and that takes forever as a fraction."""
 TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms', a blank before the unit"

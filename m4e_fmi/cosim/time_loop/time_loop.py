@@ -24,8 +24,8 @@ from m4e_fmi.cosim.stepping.algorithm import (
     step_loop,
 )
 from m4e_fmi.cosim.stepping.step_control import SMALLEST, StepControl
-from m4e_fmi.cosim.stepping.time_events import NEVER, TimeEvents, in_nanoseconds
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
+from m4e_fmi.cosim.stepping.time_events import TimeEvents, in_nanoseconds
+from m4e_fmi.cosim.system.simulation import NEVER, NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.errors import RunError

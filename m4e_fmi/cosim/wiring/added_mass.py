@@ -72,14 +72,11 @@ def connected_bodies(links: Iterable[Link]) -> Mapping[tuple[str, str], Pairs]:
         if model is None:
             continue
         giver = link.source if model is link.target else link.target
-        name = group(model).removeprefix(BODY)
-        found.setdefault((giver.component, model.component), set()).add((group(giver), name))
+        name = model.connector.variable.removeprefix(BODY)
+        found.setdefault((giver.component, model.component), set()).add(
+            (giver.connector.variable, name)
+        )
     return {key: frozenset(pairs) for key, pairs in found.items()}
-
-
-def group(port: Port) -> str:
-    """A variable's name before its last dot."""
-    return port.variable.rpartition(".")[0]
 
 
 def body_order_problems(
@@ -93,7 +90,7 @@ def body_order_problems(
     bodies = {component: added_mass_bodies(table) for component, table in variables.items()}
     exchanged = moving(variables, links)
     pairs = connected_bodies(exchanged)
-    used = {(port.component, group(port)) for link in exchanged for port in link.ends}
+    used = {(port.component, port.connector.variable) for link in exchanged for port in link.ends}
     told: set[int] = set()
     for link in links:
         source, target = link.ends
@@ -143,7 +140,7 @@ def without_added_mass(descriptions: Mapping[str, Description], wiring: Wiring) 
     bare: dict[Port, Port] = {}
     for link in moving(tables, wiring.all_links):
         source, target = link.ends
-        body, other = group(source), group(target).removeprefix(BODY)
+        body, other = source.connector.variable, target.connector.variable.removeprefix(BODY)
         if (
             target.variable.startswith(BODY)
             and body in in_order(bodies[source.component])
@@ -165,7 +162,7 @@ def _moves(link: Link, descriptions: Mapping[str, Description]) -> bool:
     """True if an output of the body that takes the force of `link` depends on it."""
     component, name = link.target.component, link.target.variable
     dependencies = descriptions[component].dependencies
-    prefix = group(link.target) + "."
+    prefix = link.target.connector.variable + "."
     return any(name in known for out, known in dependencies.items() if out.startswith(prefix))
 
 

@@ -55,6 +55,11 @@ class Port:
         component, _, variable = text.partition(".")
         return cls(component, variable)
 
+    @property
+    def connector(self) -> Port:
+        """The connector that it is of: its name before the last dot."""
+        return Port(self.component, self.variable.rpartition(".")[0])
+
     def derivatives(self, descriptions: Mapping[str, Description]) -> list[Port]:
         """The output itself and, if its FMU declares them, its first and second derivative."""
         declared = descriptions[self.component].output_derivatives
@@ -336,5 +341,5 @@ def base(port: Port) -> str:
     """Component and connector of a variable; of an element of a matrix, the matrix."""
     if matrix := ELEMENT.fullmatch(port.variable):
         return f"{port.component}.{matrix[1]}"
-    group = port.variable.rpartition(".")[0]
-    return f"{port.component}.{group}" if group else port.component
+    connector = port.connector
+    return str(connector) if connector.variable else port.component

@@ -69,7 +69,7 @@ def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> li
     ]
     halves = dict(_halves(descriptions, wiring, loads))
     half_lines = [
-        f"{load} is connected to nothing, though {group_of(load)} and {group_of(source)} are "
+        f"{load} is connected to nothing, though {load.connector} and {source.connector} are "
         f"connected by other variables: '{source} -> {load}' seems to be left out"
         for load, source in halves.items()
     ]
@@ -97,11 +97,6 @@ def _number(variable: Variable) -> float | None:
         return float(variable.start or 0.0)
     except ValueError:  # of a Boolean or String
         return None
-
-
-def group_of(port: Port) -> Port:
-    """The connector of a variable."""
-    return Port(port.component, port.variable.rpartition(".")[0])
 
 
 def fits(output: Variable, target: Variable) -> bool:
@@ -155,14 +150,14 @@ def _halves(
 ) -> Iterator[tuple[Port, Port]]:
     """Loads of connectors that are connected in part, each with the output of the other side."""
     pairs = {
-        (group_of(here), group_of(there))
+        (here.connector, there.connector)
         for link in wiring.links
         for here, there in (link.ends, link.ends[::-1])
     }
     for load in loads:
         last = load.variable.rpartition(".")[2]
         wanted = descriptions[load.component].variables[load.variable]
-        for there in sorted(there for here, there in pairs if here == group_of(load)):
+        for there in sorted(there for here, there in pairs if here == load.connector):
             source = Port(there.component, f"{there.variable}.{last}")
             known = descriptions[there.component].variables.get(source.variable)
             if known is not None and known.causality == "output" and fits(known, wanted):

@@ -40,7 +40,7 @@ def go(run: Execution, steps: int) -> None:
     ("name", "value", "message"),
     [
         ("body.dampin", 1.0, "'body.damping'"),
-        ("mass", 1.0, "no variable is called 'mass'"),
+        ("mass", 1.0, "no variable is called mass"),
         ("body.body.m.x", 1.0, "output\n.*body.damping, spring.damping"),
         ("body.mass", 1.0, "fixed parameter"),
         ("body.body.m.force_x", 1.0, "connected to spring.end.force_x"),
