@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import re
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from types import FrameType
 
-import networkx as nx
 import pytest
+from support.walks import Seen, Ways, documented, file, has, stack, traced
 
-import m4e_fmi
 from m4e_fmi.cosim import Prepared, load_system, prepare
 from m4e_fmi.cosim.network.operations import DoStep, Get, Set
 from m4e_fmi.cosim.network.schedule import LoopState, NativeExecutor
 from m4e_fmi.cosim.run.run import Run, RunOptions
 from m4e_fmi.cosim.wiring.links import Link, Port
-from m4e_fmi.files.document import Section
 
-PACKAGE = Path(m4e_fmi.__file__).parent
 TAKER = "cart"
 FORCE = {Port("spring", "joint.rail.q"), Port(TAKER, "joint.rail.effort")}
 MODEL = """\
@@ -42,17 +36,6 @@ STEP = ("2.113 ms", 0.002113, 2113000, Fraction(2113, 1000000))
 WINDOWS = {"Network.__init__": 1, "made": 1, "TimeLoop.advance": 1}
 """Where a network, its algorithm, and steps are made."""
 FORCE_TITLE, STEP_TITLE = "A force through one step", "`step_size` from file to step"
-Seen = Callable[[FrameType, str, object], None]
-
-
-def elements(value: object, depth: int = 3) -> Iterator[object]:
-    """A value, and those in it where it is a collection, or a section of a file."""
-    yield value
-    value = vars(value) if isinstance(value, Section) else value
-    parts = [*value, *value.values()] if isinstance(value, dict) else value
-    if isinstance(parts, list | tuple | set) and depth > 0:
-        for part in parts:
-            yield from elements(part, depth - 1)
 
 
 def is_force(value: object) -> bool:
@@ -72,44 +55,6 @@ def is_force(value: object) -> bool:
 def is_step(value: object) -> bool:
     found = value.size if isinstance(value, LoopState) else value
     return isinstance(found, str | int | float | Fraction) and found in STEP
-
-
-def has(frame: FrameType, event: str, result: object, wanted: Callable[[object], bool]) -> bool:
-    values = [*frame.f_locals.values(), result if event == "return" else None]
-    return any(wanted(one) for value in values for one in elements(value))
-
-
-@contextmanager
-def traced(seen: Seen) -> Iterator[None]:
-    """Within this, calls of functions of the package, and their ends, are seen."""
-
-    def trace(frame: FrameType, event: str, result: object) -> None:
-        if event in ("call", "return") and frame.f_code.co_filename.startswith(str(PACKAGE)):
-            seen(frame, event, result)
-
-    sys.setprofile(trace)
-    try:
-        yield
-    finally:
-        sys.setprofile(None)
-
-
-def stack(frame: FrameType | None) -> Iterator[FrameType]:
-    """A call and those that led to it, of functions of the package."""
-    while frame:
-        if frame.f_code.co_filename.startswith(str(PACKAGE)):
-            yield frame
-        frame = frame.f_back
-
-
-def file(frame: FrameType) -> str:
-    return Path(frame.f_code.co_filename).relative_to(PACKAGE.parent).as_posix()
-
-
-def documented(title: str) -> list[str]:
-    page = (PACKAGE.parent / "docs" / "architecture.md").read_text("utf-8")
-    section = page.split(f"\n## {title}\n")[1].split("\n## ")[0]
-    return re.findall(r"\n\d+\. `([^`]+)`", section)
 
 
 @pytest.fixture(scope="module")
@@ -168,18 +113,9 @@ def test_a_force_passes_the_files_that_the_docs_name(folder: Path, algorithm: st
 
 
 def test_a_step_size_passes_the_files_that_the_docs_name(folder: Path) -> None:
-    ways: nx.DiGraph[str] = nx.DiGraph()
-
-    def seen(frame: FrameType, event: str, result: object) -> None:
-        if has(frame, event, result, is_step):
-            caller = next((f for f in stack(frame.f_back)), None)
-            if caller and event == "return" and any(map(is_step, elements(result))):
-                ways.add_edge(file(frame), file(caller))
-            if caller and has(caller, "", None, is_step):
-                ways.add_edge(file(caller), file(frame))
-
-    stepped(folder, "corrector", seen, lambda _: None)
+    ways = Ways(is_step)
+    stepped(folder, "corrector", ways.seen, lambda _: None)
     first, last = "m4e_fmi/files/document.py", "m4e_fmi/cosim/network/schedule.py"
     names = documented(STEP_TITLE)
-    assert list(nx.all_shortest_paths(ways, first, last)) == [names]
+    assert ways.shortest(first, last) == [names]
     assert len(names) <= 4
