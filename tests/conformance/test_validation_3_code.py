@@ -59,8 +59,8 @@ FAULTS: dict[str, Fault] = {
     ),
     "rates that are not those of the variables": (
         "variables.c",
-        "rates[k] = c->rates[state];",
-        "rates[k] = 1.01 * c->rates[state];",
+        "rates[k] = c->rates[k];",
+        "rates[k] = 1.01 * c->rates[k];",
         "start",
         {"start.order"},
     ),

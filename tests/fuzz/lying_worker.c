@@ -37,7 +37,6 @@ void m4e_remote_free(void *remote);
 int m4e_remote_end(void *remote);
 #define PROTOTYPE(name, signature, T) int m4e_remote_##name(void *remote signature(PARAMETER, T));
 PROTOTYPE(fmi2GetString, GET, m4e_text)
-PROTOTYPE(fmi3GetBinary, GET_BINARY, unsigned char)
 PROTOTYPE(fmi2DoStep, STEP, int)
 PROTOTYPE(fmi2GetReal, GET, double)
 
@@ -50,15 +49,11 @@ int main(void) {
         if (!client || pthread_create(&worker, NULL, answer, &k)) return 1;
         const uint32_t references[TEXTS] = {0, 1, 2};
         const char *texts[TEXTS];
-        size_t sizes[TEXTS];
-        const unsigned char *binaries[TEXTS];
         double values[TEXTS];
         const int status = m4e_remote_fmi2GetString(client, references, TEXTS, texts);
         for (int t = 0; t < TEXTS && !status; ++t)
             if (texts[t]) return 2;
         lost += status == M4E_LOST;
-        lost += m4e_remote_fmi3GetBinary(client, references, TEXTS, sizes, binaries, TEXTS) ==
-                M4E_LOST;
         for (int step = 0; step < 4; ++step) { /* from the third on with values read ahead */
             lost += m4e_remote_fmi2DoStep(client, 0.0, 1.0, 1) == M4E_LOST;
             lost += m4e_remote_fmi2GetReal(client, references, TEXTS, values) == M4E_LOST;

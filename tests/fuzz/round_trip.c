@@ -33,8 +33,6 @@ int m4e_remote_begin_3(void *remote, double t, double h, int no_return);
 
 static double numbers[ENOUGH];
 static const char *texts[3];
-static unsigned char *binary;
-static size_t binary_size;
 static int reads, refuses, messages;
 static void (*log_message)(void *, int, const char *, const char *);
 
@@ -54,21 +52,6 @@ static int get_texts(void *c, const uint32_t r[], size_t n, const char *values[]
 static int set_texts(void *c, const uint32_t r[], size_t n, const char *const values[], size_t m) {
     (void)c, (void)n;
     for (size_t k = 0; k < m; ++k) texts[r[k]] = strcpy(malloc(strlen(values[k]) + 1), values[k]);
-    return 0;
-}
-static int get_binary(void *c, const uint32_t r[], size_t n, size_t sizes[],
-                      const unsigned char *values[], size_t room) {
-    (void)c, (void)r, (void)n;
-    for (size_t k = 0; k < room; ++k) {
-        sizes[k] = binary_size;
-        values[k] = binary;
-    }
-    return 0;
-}
-static int set_binary(void *c, const uint32_t r[], size_t n, const size_t sizes[],
-                      const unsigned char *const values[], size_t given) {
-    (void)c, (void)r, (void)n, (void)given;
-    binary = memcpy(malloc(sizes[0] + 1), values[0], binary_size = sizes[0]);
     return 0;
 }
 static int step(void *c, double t, double h, bool no_return, bool *event, bool *end, bool *early,
@@ -110,8 +93,8 @@ static void *serve(void *channel) {
     static void (*functions[M4E_LOAD])(void);
 #define PUT(name, function) functions[M4E_##name] = (void (*)(void))function;
     PUT(fmi3InstantiateCoSimulation, made) PUT(fmi3GetFloat64, get) PUT(fmi3SetFloat64, set)
-    PUT(fmi3GetString, get_texts) PUT(fmi3SetString, set_texts) PUT(fmi3GetBinary, get_binary)
-    PUT(fmi3SetBinary, set_binary) PUT(fmi3DoStep, step) PUT(fmi3GetFMUState, get_state)
+    PUT(fmi3GetString, get_texts) PUT(fmi3SetString, set_texts)
+    PUT(fmi3DoStep, step) PUT(fmi3GetFMUState, get_state)
     PUT(fmi3SerializedFMUStateSize, state_size) PUT(fmi3SerializeFMUState, serialize)
     PUT(fmi3GetDirectionalDerivative, derivative) PUT(fmi3FreeInstance, free_nothing)
     return m4e_remote_serve(channel, functions) ? channel : NULL;
@@ -153,11 +136,6 @@ int main(void) {
     EXPECT(!m4e_remote_fmi3SetString(r, all, 3, words, 3));
     EXPECT(!m4e_remote_fmi3GetString(r, all, 3, read, 3));
     for (int k = 0; k < 3; ++k) EXPECT(strcmp(words[k], read[k]) == 0);
-    const unsigned char *bytes[] = {(unsigned char *)large, NULL};
-    size_t sizes[] = {LARGE, 0};
-    EXPECT(!m4e_remote_fmi3SetBinary(r, all, 1, sizes, bytes, 1));
-    EXPECT(!m4e_remote_fmi3GetBinary(r, all, 2, sizes, bytes, 2));
-    EXPECT(sizes[1] == LARGE && !memcmp(bytes[1], large, LARGE));
 
     void *state = NULL;
     size_t size = 0;

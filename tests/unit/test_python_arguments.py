@@ -57,7 +57,6 @@ MISTAKES: tuple[tuple[Callable[..., Any], dict, str, str], ...] = (
     (SWING, {"method": "dop854"}, "dop854", "did you mean 'dop853'"),
     (SWING, {"start_values": {"joint.pin.qq": 1.0}}, "joint.pin.qq", "did you mean"),
     (SWING, {"events": [Watch("joint.pin.qq")]}, "joint.pin.qq", "did you mean"),
-    (SWING, {"events": ["joint.pin.u"], "method": "python"}, "finds no events", ""),
     (
         Model,
         {"name": "m", "bodies": [Body(1, 1)], "joints": []},

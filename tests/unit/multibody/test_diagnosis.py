@@ -36,13 +36,12 @@ def arm() -> Model:
     )
 
 
-@pytest.mark.parametrize("method", ["dop853", "python"])
-def test_a_singular_mass_matrix_names_body_joint_and_time(method: str) -> None:
+def test_a_singular_mass_matrix_names_body_joint_and_time() -> None:
     """An added mass, given from outside, takes away all inertia of the second link."""
     model = replace(arm(), bodies={**arm().bodies, "fore": Body("m", "J", added_mass=True)})
     less = {f"added_mass[{k},{k}]": -1.0 for k in (1, 2, 3)}
     with pytest.raises(RunError) as caught:
-        simulate(model, stop_time=0.1, start_values=less, method=method)
+        simulate(model, stop_time=0.1, start_values=less)
     assert "the mass matrix is singular: nothing resists a motion of body fore in joint elbow" in (
         str(caught.value)
     )

@@ -14,7 +14,8 @@ from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.record import Record
 from m4e_fmi.study.systems.task import Task
 
-Given, Result = ParamSpec("Given"), TypeVar("Result")
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
 VALUE = "1.4321"
 TITLE = "A study's parameter, and its result"
 MODEL = """\
