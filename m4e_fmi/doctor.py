@@ -123,10 +123,17 @@ def _binaries() -> Iterator[Finding]:
 
 
 def _native() -> Iterator[Finding]:
-    """Which platforms native FMUs are built for."""
+    """The C library, and the platforms that native FMUs are built for."""
+    from m4e_fmi.errors import RunError
     from m4e_fmi.runtime.compiler import compiler
+    from m4e_fmi.runtime.library import library
     from m4e_fmi.runtime.platforms import packaged_platforms, this_platform
 
+    try:
+        library()
+        yield Finding("C library", True, "loads in this process")
+    except RunError as error:
+        yield Finding("C library", False, f"{error.message}; {error.remedy}")
     names = [p.name for p in packaged_platforms()]
     here = this_platform().name
     if here not in names and compiler():

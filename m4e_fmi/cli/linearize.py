@@ -45,7 +45,6 @@ def add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-
     from m4e_fmi.analysis import equilibrium, linearize, modes
     from m4e_fmi.report import linear_json, linear_text
 

@@ -56,7 +56,7 @@ _MODULES = {
         "described",
         "shown",
     ),
-    "export.selection": ("matching", "renamed"),
+    "export.selection": ("matching",),
     "importer.contents": ("fmu_contents",),
     "importer.reading": ("Description", "read_description"),
     "kind": ("FmuKind",),

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
@@ -22,6 +23,10 @@ from m4e_fmi.units import Unit, parse_unit
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
+LEAST_NINES = 3
+"""Of a mark of a missing value, as -9999 or 999.9."""
+BEYOND = 2.0
+"""Magnitude of a mark, over the largest of the other values, at least."""
 MOTIONS = {
     **dict.fromkeys(("surge", "x"), "surge"),
     **dict.fromkeys(("sway", "y"), "sway"),
@@ -130,6 +135,16 @@ def _check_times(path: Path, time: np.ndarray, lines: Sequence[int] | None) -> N
         raise InputError(shortened(problems) or [Problem("has no rows", "", str(path))])
 
 
+def marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Mask (n,) [1] of the `values` (n,) [any unit] that are nines, far beyond all others."""
+    digits = {value: f"{abs(value):g}".replace(".", "") for value in np.unique(values).tolist()}
+    nines = np.isin(values, [v for v, d in digits.items() if d == "9" * max(LEAST_NINES, len(d))])
+    others = np.abs(values[~nines])
+    if not len(others):
+        return np.zeros(len(values), bool)
+    return nines & (np.abs(values) > BEYOND * others.max())
+
+
 @dataclass(frozen=True)
 class Measured:
     """`values` (n,) [`unit`, m or rad] of a motion at `time` (n,) [s], as recorded in a file.
@@ -175,6 +190,10 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
         "choose another column or variable",
     )
     known = np.isfinite(chosen.values)
+    for row in np.flatnonzero(known)[marks(chosen.values[known])][:1].tolist():
+        message = f"{chosen.name} at {found.time[row]:g} s is {chosen.values[row]:g}"
+        remedy = "a mark of a missing value, as it seems: leave such entries empty"
+        raise InputError.single(message, remedy, str(path))
     if not (known.all() or is_table):
         first = int(np.argmin(known))
         message = f"{name} is {chosen.values[first]:g} at t = {found.time[first]:g} s"

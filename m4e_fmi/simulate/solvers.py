@@ -1,7 +1,6 @@
 """Integration of a program by the C library: a `Task` in, what is `Solved` out.
 
-StoppedError names the time and cause of a
-failure, and has the rows up to there.
+StoppedError names the time and cause of a failure, and has the rows up to there.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ COMMANDS = (
     ("simulate", MODEL, "--stop-time", "1", "--animate", f"{ODD}/#.html"),
     ("run", "system.yaml", "--report", f"{ODD}/# %41.html"),
     ("draw", MODEL, "--output-file", f"{ODD}/%.svg"),
-    ("linearize", MODEL, "--output-file", f"{ODD}/é.json"),
+    ("draw", MODEL, "--output-file", f"{ODD}/é.png"),
     ("run", "system.yaml", "--output-file", f"{ODD}/ä # %41.nc"),
     ("run", "system.yaml", "--no-native"),
     ("info", "build/double_pendulum.fmu"),
@@ -59,7 +59,7 @@ def test_any_name(
     for command in COMMANDS:
         assert main(command) == 0, capsys.readouterr().err
     there = {p.relative_to(project).as_posix() for p in project.rglob("*") if p.is_file()}
-    assert {f"{ODD}/{name}" for name in ("#.html", "%.svg", "é.json", "ä # %41.nc")} <= there
+    assert {f"{ODD}/{name}" for name in ("#.html", "%.svg", "é.png", "ä # %41.nc")} <= there
     assert {"build/double_pendulum.nc", "build/alone.nc", "build/alone.png"} <= there
 
 

@@ -1,4 +1,4 @@
-"""A mass in the plane, with the names that bodies have: what becomes arrays in FMI 3.0."""
+"""A mass in the plane, with the names that bodies have."""
 
 from __future__ import annotations
 

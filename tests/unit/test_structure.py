@@ -84,9 +84,7 @@ def test_all_files_that_the_architecture_page_names_exist() -> None:
     text = (ROOT / "docs" / "architecture.md").read_text("utf-8")
     named = re.findall(r"`((?:m4e_fmi|adapters|fmus|tests)/[^`]*)`", text)
     named += [f"m4e_fmi/{name}" for name in re.findall(r"(?<![/\w])(?:\w+/)+\w+\.py", text)]
-    named = [
-        n.replace("m4e_fmi/m4e_fmi/", "m4e_fmi/").replace("m4e_fmi/tests/", "tests/") for n in named
-    ]
+    named = [re.sub("^m4e_fmi/(m4e_fmi|tests|adapters)/", r"\1/", name) for name in named]
     assert len(named) > 20
     assert [name for name in named if not (ROOT / name).exists()] == []
     rooms = LAYERS["m4e_fmi.cosim"].split()

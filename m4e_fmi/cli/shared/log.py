@@ -229,15 +229,23 @@ def runs_progress() -> Generator[Callable[[int, int], None] | None]:
 
 @contextmanager
 def _progress_events(stop_time: float, start: float) -> Generator[Callable[[float], None]]:
-    """Events of progress: the first, and one in each INTERVAL."""
+    """Events of progress: the first, one in each INTERVAL, the last."""
     began, last = time.perf_counter(), -INTERVAL
+    waiting: float | None = None
+
+    def emit(t: float) -> None:
+        nonlocal last, waiting
+        last, waiting = time.perf_counter() - began, None
+        done, span = t - start, stop_time - start
+        fraction = done / span if span else 1.0
+        tell_event("progress", time=t, fraction=fraction, speed=done / max(last, 1e-9))
 
     def report(t: float) -> None:
-        nonlocal last
-        passed = time.perf_counter() - began
-        if passed - last >= INTERVAL:
-            last, done, span = passed, t - start, stop_time - start
-            fraction = done / span if span else 1.0
-            tell_event("progress", time=t, fraction=fraction, speed=done / max(passed, 1e-9))
+        nonlocal waiting
+        waiting = t
+        if time.perf_counter() - began - last >= INTERVAL:
+            emit(t)
 
     yield report
+    if waiting is not None:
+        emit(waiting)

@@ -92,7 +92,11 @@ def _remedy(worker: Worker) -> str:
             "an FMU seldom does that itself: the system may have been out of memory, or somebody "
             "ended the process"
         )
-    return "the FMU is faulty: `m4e-fmi validate` on the file tells more"
+    remedy = "the FMU is faulty: `m4e-fmi validate` on the file tells more"
+    if worker.host.memory is None:
+        return remedy
+    limit = f"{worker.host.memory / 1e6:g} MB"
+    return f"it may have met its limit of memory, {limit} (`limits` of the system); else {remedy}"
 
 
 def value_out_of_range(

@@ -159,7 +159,9 @@ def _ready(
         names = [f"{name}.{one.name}" for name, members in recorded for one in members]
         prepared = prepared.recording([*names, *scene.variables])
     size, note = volume(prepared.system.simulation, prepared.columns)
-    if size > LARGE and tell:
+    if prepared.columns == 1:
+        note = "the results have no column but time: choose what to record (--variables)"
+    if tell and (size > LARGE or prepared.columns == 1):
         tell(note)
     return prepared, RunOptions(results=results, scene=scene)
 

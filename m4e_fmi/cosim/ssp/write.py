@@ -10,7 +10,6 @@ Platform.
 from __future__ import annotations
 
 import json
-import math
 import zipfile
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -34,9 +33,9 @@ from m4e_fmi.cosim.ssp.package import (
     Element,
     write_units,
 )
-from m4e_fmi.cosim.system.connection_text import ConnectionText, parse_connection
+from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.start_values import start_values
-from m4e_fmi.cosim.wiring.links import SAME_UNIT, Link, Port, conversion
+from m4e_fmi.cosim.wiring.links import Port
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.opening import opened
@@ -189,38 +188,16 @@ def _connections(prepared: Prepared, parent: Element) -> list[str]:
     for index, text in enumerate(system.connections):
         members = [link for link in links if link.connection == index]
         written = parse_connection(text)
-        components = {end.partition(".")[0] for end in (written.left, written.right)}
-        direct = components.issuperset(port.component for link in members for port in link.ends)
-        ways = [written if direct else _from_end_to_end(link, prepared) for link in members]
-        for link, way in zip(members, ways, strict=True):
+        for link in members:
             ends = (text for port in link.ends for text in (port.component, port.variable))
             element = _connection(connections, *ends)
-            if way.units_ignored:
+            if written.units_ignored:
                 element.set("suppressUnitConversion", "true")
-            if (way.factor, way.offset) != (1.0, 0.0):
-                given = {"factor": repr(way.factor), "offset": repr(way.offset)}
+            if (written.factor, written.offset) != (1.0, 0.0):
+                given = {"factor": repr(written.factor), "offset": repr(written.offset)}
                 etree.SubElement(element, f"{SSC}LinearTransformation", given)
-        texts += [text] if direct else map(str, ways)
+        texts.append(text)
     return texts
-
-
-def _from_end_to_end(link: Link, prepared: Prepared) -> ConnectionText:
-    """The text of a link, whose factor and offset act after the conversion of units."""
-    give, take = (_variable(prepared, port) for port in link.ends)
-    one, other = give.dimension, take.dimension
-    ignored = one is not None and other is not None and not one.same_dimension(other)
-    scale, shift = (1.0, 0.0) if ignored else conversion(give, take)
-    factor = link.factor / scale
-    if math.isclose(factor, 1.0, rel_tol=SAME_UNIT):
-        factor = 1.0
-    return ConnectionText(
-        str(link.source),
-        str(link.target),
-        factor=factor,
-        offset=link.offset - factor * shift,
-        units_ignored=ignored,
-        delayed=link.delayed,
-    )
 
 
 def _connection(parent: Element, *ends: str | None) -> Element:

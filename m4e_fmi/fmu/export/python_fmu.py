@@ -35,8 +35,8 @@ from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 EMBEDDED = Path(__file__).parent / "embedded"
 BINARIES = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 """FMI's name of a platform → PythonFMU's binary for it."""
-LIBRARIES = {"linux": "x86_64-linux", "win32": "x86_64-windows"}
-"""`sys.platform` → the platform whose runtime library an FMU carries for it."""
+LIBRARIES = {"linux64": ("linux", "x86_64-linux"), "win64": ("win32", "x86_64-windows")}
+"""FMI's name of a platform → `sys.platform`, and the platform of the runtime library for it."""
 _DEFECTIVE = "4be156a552c16f30eb4395805c59855d8d4086056d0f165442565f6c5fbac0c9"
 """SHA-256 of the Linux binary of 0.7.0."""
 _JUMP, _RETURN = 0x16F34, b"\xc3"
@@ -64,7 +64,7 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
         "layout.json": json.dumps({**layout, **settings}).encode(),
         PROGRAM: model_file(program, method),
     }
-    for system, name in LIBRARIES.items():
+    for system, name in LIBRARIES.values():
         own = system == sys.platform
         path = library_path() if own else packaged("runtime", PLATFORMS[name])
         if path is not None:  # as program_slave names them
@@ -94,6 +94,9 @@ def python_members(source: PythonSource) -> dict[str, bytes]:
     for file in _pythonfmu_folder().glob("*.py"):
         files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
     for platform in BINARIES:
+        system, _ = LIBRARIES[platform]
+        if PROGRAM in source.data and f"runtime.{system}" not in source.data:
+            continue  # nothing could run the program there
         path = binary_path(platform)
         files[f"binaries/{platform}/{identifier}{path.suffix}"] = _mended(path.read_bytes())
     return files

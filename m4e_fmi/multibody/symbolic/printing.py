@@ -6,7 +6,7 @@ Common subexpressions get names of their own, which make long equations readable
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
@@ -191,13 +191,12 @@ def _escaped(name: str) -> str:
 def intermediates(
     expressions: Sequence[AnyScalar],
     coordinates: Sequence[sympy.Symbol],
-    taken: Collection[str] = (),
 ) -> tuple[Shared, list[sympy.Expr]]:
     """Lines to compute first, in order, and the expressions in terms of them.
 
     Sine and cosine of coordinate k are `s<k>` and `c<k>`, all else that occurs more than once is
-    `w1`, `w2`, …, unless it is a multiple of one symbol. Names in `taken`, or of symbols in the
-    expressions, are left out. Nothing is expanded or simplified.
+    `w1`, `w2`, …, unless it is a multiple of one symbol. Names of symbols in the expressions
+    are left out. Nothing is expanded or simplified.
     """
     import sympy
 
@@ -207,7 +206,7 @@ def intermediates(
     # of the lines: a walk over the expressions would meet what they share again and again
     lines = [*(line for _, line in found), *reduced]
     symbols = {s for line in lines for s in line.free_symbols if not isinstance(s, sympy.Dummy)}
-    used = {*taken, *(s.name for s in symbols if isinstance(s, sympy.Symbol))}
+    used = {s.name for s in symbols if isinstance(s, sympy.Symbol)}
     numbered = (name for k in count(1) if (name := f"w{k}") not in used)
     new: dict[sympy.Basic, sympy.Basic] = {}
     shared: Shared = []

@@ -101,7 +101,7 @@ def rows(instance: Instance, first: int, last: int, size: float = 0.1) -> list[l
 
 
 def numbers(instance: Instance) -> list[float]:
-    """All outputs after five steps, by size: in FMI 3.0 many are elements of arrays."""
+    """All outputs after five steps, by size."""
     for k in range(5):
         instance.step(k * STEP, STEP)
     return sorted(instance.get(instance.reals("output")))

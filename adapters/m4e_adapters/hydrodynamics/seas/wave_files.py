@@ -18,11 +18,11 @@ from m4e_adapters.hydrodynamics.config.waves import (
 )
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.csv_columns import Columns, column_names, read_columns, shortened
+from m4e_fmi.results.compared_file import marks
 
 FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
 UNEVEN = 2e-3  # of a step: difference of a time from equal steps that is none
-LEAST_NINES, BEYOND = 3, 2.0  # of a mark, as -9999: its nines, its size over all other values
 FILL = "fill it, or give the part before or after it"
 STEPS = (
     "sort the rows; fill gaps, or give the part before or after them; interpolate to equal steps, "
@@ -124,22 +124,12 @@ def read_record(section: Record, folder: Path) -> Samples:
         problems.append((0, "the elevation never changes", "write {spectrum: still} for no waves"))
     problems += [
         (row, f"{elevation[row]:g} m is a mark of a missing value", FILL)
-        for row in np.flatnonzero(_marks(elevation)).tolist()
+        for row in np.flatnonzero(marks(elevation)).tolist()
     ]
     fewer = "take a part, or longer steps: filter it before rows are left out"
     _check(columns, problems, fewest=SHORTEST_RECORD, most=MOST_ROWS, fewer=fewer)
     interval = float(time[-1] - time[0]) / (len(time) - 1)
     return Samples(float(time[0]), interval, elevation)
-
-
-def _marks(values: np.ndarray) -> np.ndarray:
-    """Mask (n,) [1] of the `values` (n,) [m] that are nines, far beyond all others."""
-    digits = {value: f"{abs(value):g}".replace(".", "") for value in np.unique(values).tolist()}
-    nines = np.isin(values, [v for v, d in digits.items() if d == "9" * max(LEAST_NINES, len(d))])
-    others = np.abs(values[~nines])
-    if not len(others):
-        return np.zeros(len(values), bool)
-    return nines & (np.abs(values) > BEYOND * others.max())
 
 
 def _of_times(time: np.ndarray) -> Iterator[tuple[int, str, str]]:

@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import IO
 
 from m4e_fmi.fmu.importer.worker import keeper as keeper_program
-from m4e_fmi.runtime.library import library_path
+from m4e_fmi.runtime.library import library, library_path
 
 CALL = 600.0
 """Seconds that a call of an FMU may take."""
@@ -92,6 +92,7 @@ class Channel(ctypes.Structure):
 @functools.cache
 def remote_library() -> ctypes.CDLL:
     """The runtime, loaded for its functions of remote.h."""
+    library()  # or the reason why there is none
     found = ctypes.CDLL(str(library_path()))
     for name, result, *arguments in (
         ("new", c_void_p, c_void_p),
