@@ -145,6 +145,17 @@ def marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return nines & (np.abs(values) > BEYOND * others.max())
 
 
+def check_marks(file: ComparedFile, variable: TableVariable) -> None:
+    """InputError for a variable of a table that has marks of missing values."""
+    if file.path.suffix.lower() not in SUFFIXES or variable.held:
+        return
+    known = np.flatnonzero(np.isfinite(variable.values))
+    for row in known[marks(variable.values[known])][:1].tolist():
+        message = f"{variable.name} at {file.time[row]:g} s is {variable.values[row]:g}"
+        remedy = "a mark of a missing value, as it seems: leave such entries empty"
+        raise InputError.single(message, remedy, str(file.path))
+
+
 @dataclass(frozen=True)
 class Measured:
     """`values` (n,) [`unit`, m or rad] of a motion at `time` (n,) [s], as recorded in a file.
@@ -190,10 +201,7 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
         "choose another column or variable",
     )
     known = np.isfinite(chosen.values)
-    for row in np.flatnonzero(known)[marks(chosen.values[known])][:1].tolist():
-        message = f"{chosen.name} at {found.time[row]:g} s is {chosen.values[row]:g}"
-        remedy = "a mark of a missing value, as it seems: leave such entries empty"
-        raise InputError.single(message, remedy, str(path))
+    check_marks(found, chosen)
     if not (known.all() or is_table):
         first = int(np.argmin(known))
         message = f"{name} is {chosen.values[first]:g} at t = {found.time[first]:g} s"

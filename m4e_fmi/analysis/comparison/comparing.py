@@ -21,7 +21,7 @@ from m4e_fmi.analysis.comparison.measures import (
     scales,
 )
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.results.compared_file import ComparedFile, read_compared
+from m4e_fmi.results.compared_file import ComparedFile, check_marks, read_compared
 from m4e_fmi.results.results_file import Results
 
 SMALL_PART = 0.05
@@ -154,6 +154,8 @@ def _difference(
     floor: float,
 ) -> Difference:
     variable, reference = pair.variable, pair.reference
+    check_marks(a, variable)
+    check_marks(b, reference)
     held = variable.held or reference.held
     both = aligned(
         a.time, variable.values, b.time, pair.factor * reference.values + pair.offset,

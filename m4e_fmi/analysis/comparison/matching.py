@@ -65,7 +65,8 @@ def matched(
 
     `mapping` leads from names in the reference, with or without unit, to ours; a name may be
     followed by a factor and an offset in our unit, as ``heave * -1 + 0.5``, and by
-    ``, units ignored``. `variables` are those of ours that are wanted, None for all.
+    ``, units ignored``. A name in the reference without a component stands for the only variable
+    of ours that is called so. `variables` are those of ours that are wanted, None for all.
     InputError with all names that are unknown or without a counterpart, and all units that do not
     fit.
     """
@@ -95,6 +96,9 @@ def matched(
             continue
         if name in one.quantities:
             found.setdefault(name, _Column(name))
+        elif (alone := _alone(name, one)) and alone not in found:
+            found[alone] = _Column(name)
+            notes[alone] = f"{name!r} of the reference is taken as {alone}, the only one so called"
     wanted = [name for name in one.quantities if variables is None or name in variables]
     problems = [_without(name, reference) for name in variables or () if name not in found]
     if not problems and not any(name in found for name in wanted):
@@ -128,6 +132,12 @@ def _plain(name: str, reference: ComparedFile) -> str:
     plain = heading(name)[0]
     known = reference.quantities
     return plain if name not in known and plain in known else name
+
+
+def _alone(name: str, one: ComparedFile) -> str | None:
+    """The only variable ``component.name``."""
+    found = [n for n in one.quantities if n.partition(".")[2] == name]
+    return found[0] if len(found) == 1 else None
 
 
 def _without(name: str, reference: ComparedFile) -> Problem:

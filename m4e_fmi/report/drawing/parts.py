@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 Line = np.ndarray
 SPRING, DAMPER, OTHER = "#2a7f62", "#7a4fa3", "#7b8794"
 WIDTH = 0.022  # of a spring, as a part of the picture's size
+TURNS = 9  # of a spring
 SPACING = 1.5  # between ties that lie abreast, in widths
 JOINT = 0.0085  # radius of a joint, as a part of the picture's size
 
@@ -62,12 +63,12 @@ def _around(kind: str, ends: np.ndarray, rank: float, unit: float) -> list[Line]
     return [arc(centre, radius, -2.6, -0.2), np.array(bar), *lines]
 
 
-def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) -> Line:
+def spring(start: ArrayLike, end: ArrayLike, width: float) -> Line:
     """A zigzag (n, 2) [m] of `width` from `start` to `end`, (2,) [m] each, straight at its ends."""
-    inner = (np.arange(2 * turns) + 0.5) / (2 * turns)
+    inner = (np.arange(2 * TURNS) + 0.5) / (2 * TURNS)
     along = np.concatenate([[0, 0.12], 0.12 + 0.76 * inner, [0.88, 1]])
     across = np.zeros_like(along)
-    across[2:-2] = np.where(np.arange(2 * turns) % 2, 0.5, -0.5)
+    across[2:-2] = np.where(np.arange(2 * TURNS) % 2, 0.5, -0.5)
     return between(start, end, along, width * across)
 
 
@@ -100,9 +101,9 @@ def between(start: ArrayLike, end: ArrayLike, along: ArrayLike, across: ArrayLik
     return a + np.outer(np.asarray(along), way) + np.outer(np.asarray(across), normal)
 
 
-def spiral(centre: ArrayLike, inner: float, outer: float, *, turns: float = 2.0) -> Line:
-    """A torsion spring (n, 2) [m] about `centre` (2,) [m], between two radii [m]."""
-    angle = np.linspace(0, 2 * np.pi * turns, 80)
+def spiral(centre: ArrayLike, inner: float, outer: float) -> Line:
+    """A torsion spring (n, 2) [m] of two turns about `centre` (2,) [m], between two radii [m]."""
+    angle = np.linspace(0, 4 * np.pi, 80)
     radius = np.linspace(inner, outer, 80)
     return np.asarray(centre) + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
 

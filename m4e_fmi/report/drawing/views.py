@@ -115,7 +115,7 @@ def _corners(low: Floats, high: Floats) -> Floats:
     return np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
 
 
-def limits(scene: Scene, poses: Poses, margin: float = 0.1) -> tuple[Floats, Floats]:
+def limits(scene: Scene, poses: Poses, margin: float) -> tuple[Floats, Floats]:
     """Lower left and upper right corner (2,) [m] of a picture of all that is ever seen."""
     flat = View.of(scene.planar).flat(_corners(*extent(scene, poses)))
     room = margin * float(np.ptp(flat, axis=0).max() or 1.0)

@@ -67,9 +67,10 @@ def table(
         + "</tr>"
         for row in rows
     )
+    label = f' role="region" aria-label="{escaped(caption)}"' if caption else ""
     return (
         f"{paragraph(caption, 'note') if caption else ''}"
-        f'<div class="wide" tabindex="0" role="region" aria-label="{escaped(caption)}"><table>'
+        f'<div class="wide" tabindex="0"{label}><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 

@@ -1,1 +1,1 @@
-"""Studies for people: summary, pictures, progress."""
+"""Studies for people: summary, warnings, what is told of all states."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -31,8 +32,8 @@ MEGAWATT_HOUR = 3.6e9
 """In joules."""
 NOT_RUN = "–"
 """In cells of what is not run."""
-UNSCALED = ("", "1", "%", "deg", "rad", "s", "m", "MWh")
-"""Units that get no prefix."""
+SCALED = ("W", "N", "J", "Pa")
+"""Units that get a prefix, alone or as the first of a product, as in N.m."""
 NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
 """Statistics of which the mean by probability does not tell that of all states."""
 
@@ -84,7 +85,7 @@ class Averaged:
 
 def shown_unit(found: Averaged, unit: str) -> tuple[float, str]:
     """The factor of the means, in their `unit`, by which they are shown, and their unit then."""
-    scale, prefix = scale_of(found.largest) if unit not in UNSCALED else (1.0, "")
+    scale, prefix = scale_of(found.largest) if re.split("[./]", unit)[0] in SCALED else (1.0, "")
     return scale, "" if unit == "1" else prefix + unit
 
 

@@ -37,7 +37,7 @@ from m4e_fmi.study.start_up import first_time, ramp_warnings, ramps_of
 from m4e_fmi.study.systems.execution import Perform
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
-from m4e_fmi.study.targets import SettingTarget, StartTarget, dotted
+from m4e_fmi.study.targets import KeyTarget, StartTarget, dotted
 
 Tell = Callable[[str], None]
 NO_TIME = ("algorithm", "tolerance", "coupling_tolerance")
@@ -186,7 +186,10 @@ class SystemPlan:
         for name, target in self.named.targets.items():
             if isinstance(target, StartTarget):
                 varied[name] = target.unit, target.text
-            elif isinstance(target, SettingTarget) and target.key not in NO_TIME:
+            elif isinstance(target, KeyTarget):
+                one = self.variants[target.component]
+                varied[name] = one.label(one.keys.index(target.keys))
+            elif target.key not in NO_TIME:
                 varied[name] = "s", f"{target.key} of the simulation"
         names = (*(w.variable for w in self.study.wanted), *self.study.series)
         found = {name: self.of.variable(name) for name in names}

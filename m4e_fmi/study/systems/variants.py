@@ -60,6 +60,22 @@ class Variants:
     builds: tuple[Build, ...]
     of: Mapping[Combination, Variant] = field(repr=False)
 
+    def label(self, place: int) -> tuple[str, str]:
+        """Unit and description of a key by its place, if a start value has its name and values."""
+        last = str(self.keys[place][-1])
+        for variable in self.builds[0].variables or ():
+            if variable.name.rpartition(".")[2] == last and all(
+                self._start(variable.name, one) == one[place] for one in self.of
+            ):
+                return variable.unit, variable.description.partition(",")[0]
+        return "", ""
+
+    def _start(self, name: str, one: Combination) -> float | None:
+        """The start value of a variable in a version; None if it has none of that name."""
+        made = self.of[one]
+        known = {v.name: v.start for v in self.builds[made.build].variables or ()}
+        return made.start.get(name, known.get(name))
+
 
 def variants(
     system: System,

@@ -122,8 +122,8 @@ def test_nothing_is_extrapolated_and_gaps_are_not_bridged() -> None:
 
 
 def test_names_and_units_of_a_table(tmp_path: Path) -> None:
-    """A file may say no unit."""
-    head = "t [s],Heave [mm],buoy.y,buoy.z,w"
+    """Without a component they stand for the only one; a file may say no unit."""
+    head = "t [s],Heave [mm],buoy.y,z,w"
     path = written(tmp_path / "tank.csv", head, TIME, 1e3 * SINE, SINE, SINE, SINE)
     ours = results(h=SINE, y=SINE, z=SINE, x=SINE)
     found = m4e_fmi.compare(ours, path, mapping={"Heave [mm]": "buoy.h"})
@@ -133,6 +133,7 @@ def test_names_and_units_of_a_table(tmp_path: Path) -> None:
     assert "buoy.h: 'Heave' converted from mm to m" in found.notes
     assert "buoy.y: 'buoy.y' says no unit: taken as m" in found.notes
     assert (found.only_here, found.only_there) == (("buoy.x",), ("w",))
+    assert any("the only one so called" in note for note in found.notes)
 
 
 def test_signs_factors_and_origins_are_mapped() -> None:
@@ -183,12 +184,12 @@ def test_customary_units_of_a_reference(tmp_path: Path) -> None:
         ("rad", "deg", np.pi / 180), ("rad/s", "rpm", np.pi / 30), ("kg", "lb", 0.45359237),
         ("kg", "g", 1e-3), ("t", "kt", 1e3),
     ):  # fmt: skip
-        path = written(tmp_path / "tool.csv", f"time [s],buoy.x [{other}]", TIME, SINE)
+        path = written(tmp_path / "tool.csv", f"time [s],x [{other}]", TIME, SINE)
         found = m4e_fmi.compare(results(unit=own, x=factor * SINE), path)
         assert found["buoy.x"].largest < 1e-9 * factor, (own, other)
-        assert any(f"'buoy.x' converted from {other} to {own}" in note for note in found.notes)
+        assert any(f"'x' converted from {other} to {own}" in note for note in found.notes)
     for other, told in (("g", "of different dimension"), ("ton", "not a unit known here")):
-        path = written(tmp_path / "tool.csv", f"time [s],buoy.x [{other}]", TIME, SINE)
+        path = written(tmp_path / "tool.csv", f"time [s],x [{other}]", TIME, SINE)
         with pytest.raises(InputError, match=told):
             m4e_fmi.compare(results(x=TIME), path)
 

@@ -80,8 +80,8 @@ def test_files_are_labelled_and_tell_what_the_study_began_with(
     with xarray.open_dataset(folder / "out.nc") as data:
         assert data["power"].dims == ("damping", "k")
         assert data["pto.force"].dims == ("damping", "k", "time")
-        assert {n: data[n].attrs["units"] for n in ("power", "k")} == {
-            "power": "W", "k": "N/m"
+        assert {n: data[n].attrs["units"] for n in ("power", "k", "damping")} == {
+            "power": "W", "k": "N/m", "damping": "N.s/m"
         }  # fmt: skip
         assert data["k"].attrs["long_name"] == "Stiffness of the spring"
         assert data.attrs["study"].startswith(STUDY)

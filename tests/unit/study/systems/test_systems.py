@@ -182,6 +182,7 @@ def test_keys_that_are_start_values_share_one_fmu(tmp_path: Path) -> None:
     assert len(one.builds) == 1
     assert one.of[7, 9].start == {"damping": 7.0, "stiffness": 9.0}
     assert one.of[1, 1].start == {}
+    assert [one.label(k)[0] for k in (0, 1)] == ["N.s/m", "N/m"]
     # the rest length follows from the point, and is a parameter
     one = found(tmp_path, "pto", [("point_at", 1)], [(-1,), (-1.5,), (-1.2,)])
     assert len(one.builds) == 1
@@ -195,7 +196,7 @@ def test_other_operations_have_an_fmu_of_their_own(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("at", [0.0, 28.0])
 def test_a_key_that_is_another_start_value_at_one_of_many(tmp_path: Path, at: float) -> None:
-    """Between others, or at the first of them."""
+    """Between others, or at the first; the parameter is not the key, and has no label of it."""
 
     def bent(program: Program) -> Program:
         damping = next(v.start for v in program.parameters if v.name == "damping")
@@ -206,3 +207,4 @@ def test_a_key_that_is_another_start_value_at_one_of_many(tmp_path: Path, at: fl
     first = 25.0 if at == 0.0 else 0.0
     starts = {d: one.of[d,].start.get("damping", first) for (d,) in wanted}
     assert starts == {d: 25.0 if d == at else d for (d,) in wanted}
+    assert one.label(0) == ("", "")
