@@ -32,7 +32,6 @@ TO_DISK = {  # DISK: the folder that cannot be written, WELL: one that can
     "simulate": ("simulate", MODEL, "--output-file", "DISK/r.nc"),
     "animate": ("simulate", MODEL, "--output-file", "WELL/r.nc", "--animate", "DISK/a.html"),
     "draw": ("draw", MODEL, "--output-file", "DISK/p.png"),
-    "linearize": ("linearize", MODEL, "--output-file", "DISK/l.json"),
     "run": ("run", "system.yaml", "--output-file", "DISK/r.nc", "--build-folder", "WELL"),
     "run, built": ("run", "system.yaml", "--output-file", "WELL/r.nc", "--build-folder", "DISK"),
 }

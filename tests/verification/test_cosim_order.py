@@ -129,5 +129,5 @@ def test_energy_over_130_periods(c_fmu: Fmus, model: str, rate: float) -> None:
 def test_stability_limits(c_fmu: Fmus, model: str, limit: float) -> None:
     # from the eigenvalues of the recursion; 60 periods tell 3 % on either side apart
     assert amplitude(c_fmu, model, round(0.97 * limit, 6), 60) < 1
-    with pytest.raises(RunError, match=r"unstable: a\.body\.m\.\w+ .* grew"):
+    with pytest.raises(RunError, match=r"unstable: a\.body\.m\.\w+ .* is "):
         amplitude(c_fmu, model, round(1.03 * limit, 6), 400)

@@ -177,6 +177,12 @@ class Pairing:
         if a.keys() == b.keys():
             return [(a[index], b[index]) for index in a]
         remedy = f"{left} has {_extent(a)}, {right} has {_extent(b)}"
+        if {len(a), len(b)} == {9, 36}:  # added mass of one body in the plane, and in space
+            pairs = zip((1, 3, 5), (1, 2, 3), strict=True)
+            row = [(f"[1,{c}]", f"[1,{p}]") for c, p in pairs]
+            row = row if len(a) == 36 else [(p, c) for c, p in row]
+            links = ", ".join(f"{left}{i} -> {right}{j}" for i, j in row)
+            remedy += f"; of a body in the plane and in space, connect one by one: {links}, …"
         remedy += differing_bodies(self._bodies(a), self._bodies(b))
         raise InputError.single(f"{left} and {right} differ in size", remedy)
 
