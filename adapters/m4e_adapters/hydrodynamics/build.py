@@ -312,5 +312,5 @@ def _hull_text(hull: Hull, water: Water) -> str:
     draft = -float(hull.panels.vertices[:, 2].min())
     return (
         f"{text}lowest point {draft:.4g} m below the water, {len(hull.panels.faces)} panels (their "
-        "error: see 'refinement' in the page of hydrodynamics)"
+        "error: m4e-fmi hydro SYSTEM --refine)"
     )

@@ -384,7 +384,8 @@ class ErrorEstimator(Restorable):
             found = other
         elif is_wild:
             return self._follow(found, point, stretch, run, values, np.inf)
-        return found, f"{why}, and {problem}" if problem else ""
+        told = " and ".join(dict.fromkeys((why, problem)))
+        return found, told if problem else ""
 
     def _new(self, stretch: Stretch, length: float) -> Course:
         """A course that is to begin at the start of a stretch."""

@@ -27,11 +27,11 @@ LEAST_RANGE = 1e-9
 NOISE = 1e-12
 """The least range over the largest present value of the unit, and over the nominal values: what
 moves less is noise of rounding."""
-MOMENTS, FORCES = "N.m", "N"
-"""Units of moments, and of the forces that make them."""
+LEVERS = (("N", "N.m"), ("kg", "kg.m"))
+"""Units of forces and of the moments that they make, of masses and of their first moments."""
 LEAST_ARM = 1e-9
 """Arm [m] of a component's largest force up to which the range of its moments is noise of rounding,
-as of pressures of meganewtons about an axis of symmetry."""
+as of pressures of meganewtons about an axis of symmetry; the same of masses."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
 ONE_LENGTH = "its FMU makes steps of one length only"
@@ -214,8 +214,10 @@ class Spans:
         names = [port.component for _, port in network.monitored_outputs]
         places = {name: place for place, name in enumerate(dict.fromkeys(names))}
         self._of_component = np.array([places[name] for name in names], dtype=np.intp)
-        self._forces = np.array([unit == FORCES for unit in units], dtype=bool)
-        self._moments = np.array([unit == MOMENTS for unit in units], dtype=bool)
+        self._levers = [
+            tuple(np.array([unit == one for unit in units], dtype=bool) for one in lever)
+            for lever in LEVERS
+        ]
         np.maximum.at(
             self._nominal, self._of_unit, [network.nominal(p) for _, p in network.monitored_outputs]
         )
@@ -229,11 +231,13 @@ class Spans:
         least = np.maximum(LEAST_RANGE * found, OF_VALUE * present)
         spans = np.where(self._bare & (found > 0.0), np.maximum(ranges, least), found)
         spans = np.maximum(spans, self._noise(present))
-        forces = np.zeros(len(self._of_component))
-        sizes = np.where(self._forces, np.maximum(ranges, present), 0.0)
-        np.maximum.at(forces, self._of_component, sizes)
-        arms = np.where(self._moments, LEAST_ARM * forces[self._of_component], 0.0)
-        return np.where(found > 0.0, np.maximum(spans, arms), 0.0)
+        for are_forces, are_moments in self._levers:
+            forces = np.zeros(len(self._of_component))
+            sizes = np.where(are_forces, np.maximum(ranges, present), 0.0)
+            np.maximum.at(forces, self._of_component, sizes)
+            arms = np.where(are_moments, LEAST_ARM * forces[self._of_component], 0.0)
+            spans = np.maximum(spans, arms)
+        return np.where(found > 0.0, spans, 0.0)
 
     def _noise(self, present: np.ndarray) -> np.ndarray:
         """The least range of each, for the magnitudes of the present values."""

@@ -32,10 +32,11 @@ AXES = (
     ("moment_x", "omega_x", ""),
     ("moment_y", "omega", "theta"),
     ("moment_z", "omega_z", ""),
+    *((f"effort{k}", f"u{k}", f"q{k}") for k in ("", 1, 2, 3)),
 )
 """Force, the velocity it works on, and the coordinate of that velocity, in one connector.
 
-Angular velocities of bodies in space are not the rates of any angles.
+Efforts are those of joints. Angular velocities of bodies in space are not the rates of any angles.
 """
 _FORCES = {force for force, _, _ in AXES}
 LOADS = tuple(map(parse_unit, ("N", "N.m")))
@@ -196,7 +197,7 @@ class BondAxis:
 @short
 @dataclass(frozen=True)
 class Bond:
-    """A connection that carries power: forces on a body, and the velocities they work on.
+    """A connection that carries power: forces on a body or joint, and velocities they work on.
 
     `adds` are the components whose forces its source adds up, if all its inputs are forces.
     """
@@ -267,8 +268,8 @@ def power_bonds(
 ) -> Iterable[Bond]:
     """The power bonds among the links, connection by connection.
 
-    A force is one on a body whose velocity, of the same connector, goes to any component: that of
-    the force itself, or one whose force a third component adds to others.
+    A force is one on a body or joint whose velocity, of the same connector, goes to any component:
+    that of the force itself, or one whose force a third component adds to others.
     """
     carried = {link.source: link for link in links}
     found: dict[int, list[BondAxis]] = defaultdict(list)

@@ -45,7 +45,7 @@ def plot_hydro(data: HydrodynamicData, picture: str | Path) -> Path:
         _draw_motion(data, k, row)
     for axis in axes.flat:
         plain(axis)
-        axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+        axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
         axis.yaxis.get_offset_text().set(size=8, color=GREY)
     for head, axis in zip(HEADS, axes[0], strict=True):
         axis.set_title(head, fontsize=10, color=INK, pad=14)

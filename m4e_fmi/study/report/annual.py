@@ -11,6 +11,7 @@ from m4e_fmi.study.report.result import StudyResult
 from m4e_fmi.study.shown.over_states import (
     MEGAWATT_HOUR,
     NO_MEAN,
+    POWERS,
     YEAR,
     is_power,
     over_states,
@@ -47,7 +48,7 @@ def contributions(result: StudyResult) -> list[Contribution]:
         shares = states.shares.transpose(order).reshape(shape)
         if is_power(told, unit := result.units[name]):
             text = f"Probability times {name} times 8766 h"
-            values = shares * mean * YEAR / MEGAWATT_HOUR
+            values = shares * mean * POWERS[unit] * YEAR / MEGAWATT_HOUR
             found.append(Contribution(f"energy of a year{MARK}: {name}", name, "MWh", text, values))
         else:
             text = f"Probability times {told}"
@@ -72,6 +73,9 @@ def annual(result: StudyResult) -> str:
                 rows.append((*labels, name, told, values.scaled(scale).cell(place), shown))
     caption = f"Sum of all probabilities: {float(np.nansum(states.shares)):.6g}."
     heads = [*(one.name for one in others), "quantity", "over all states", "value", "unit"]
-    text = "With seeds ± 95 % confidence: of sums by those of each seed, which all states share."
+    text = (
+        "With seeds ± 95 % confidence: of sums by those of each seed, which all states share. *: "
+        "for seeds that failed in a state stands the mean of the others there."
+    )
     body = table(caption, heads, rows, texts=len(heads) - 2)
     return paragraph(text, "note") + body

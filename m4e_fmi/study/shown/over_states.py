@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,8 @@ YEAR = 8766.0 * 3600.0
 """Mean year of 365.25 days [s]."""
 MEGAWATT_HOUR = 3.6e9
 """In joules."""
+POWERS = {"W": 1.0, "kW": 1e3, "MW": 1e6}
+"""Units of power, in watts."""
 NOT_RUN = "–"
 """In cells of what is not run."""
 SCALED = ("W", "N", "J", "Pa")
@@ -158,20 +160,20 @@ def over_states(
 ) -> list[tuple[str, str, Averaged]]:
     """Names, units and values over the designs of what is told of all states.
 
-    Of mean powers, those in W, the energy of a year follows, in MWh; `values` (n, …) [`unit`] have
+    Of mean powers the energy of a year follows, in MWh; `values` (n, …) [`unit`] have
     the shape of the grid.
     """
     name, over_all = _over_states(grid, values, states, wanted)
     found = [(name, unit, over_all)]
     if is_power(wanted, unit):
-        energy = over_all.scaled(float(states.shares.sum()) * YEAR / MEGAWATT_HOUR)
+        energy = over_all.scaled(float(states.shares.sum()) * POWERS[unit] * YEAR / MEGAWATT_HOUR)
         found.append(("energy of a year of 8766 h", "MWh", energy))
     return found
 
 
 def is_power(wanted: Wanted, unit: str) -> bool:
     """True for mean powers: their sums over states are energies."""
-    return unit == "W" and wanted.statistic == "mean"
+    return wanted.statistic == "mean" and unit in POWERS
 
 
 def _over_states(
@@ -182,7 +184,8 @@ def _over_states(
     `values` (n, …), in their unit, have the shape of the grid. Extremes: the largest, or smallest,
     of the means over seeds. Loads that do the same damage: (Σ p xᵏ)^(1/k), with the exponent k of
     the S-N curve. Roots of mean squares: k = 2. All else: the mean Σ p x. Of the latter three the
-    interval is that of the sums of each seed, as seeds are the same in all states.
+    interval is that of the sums of each seed, as seeds are the same in all states. For a seed that
+    failed in a state stands the mean of the others there; then there is no interval.
     """
     if wanted.statistic in LARGEST:
         return "largest of all states", _extreme(grid, values, states, 1.0)
@@ -193,12 +196,25 @@ def _over_states(
         name, exponent = "damage equivalent by probability", dict(wanted.parameters)["exponent"]
     elif wanted.statistic == "rms":
         name, exponent = "rms by probability", 2.0
-    rows = states.last(grid.axes, values)
+    rows = states.last(grid.axes, _filled(grid, values))
     sums = rows @ states.weights
     if exponent != 1.0:
         top = np.maximum(np.abs(rows).max(axis=-1), np.finfo(float).tiny)  # powers may overflow
         sums = top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
-    return name, averaged(states.rest(grid.axes), sums)
+    found = averaged(states.rest(grid.axes), sums)
+    lost = np.isnan(states.last(grid.axes, values)).any(axis=-1)
+    missing = averaged(states.rest(grid.axes), np.where(lost, np.nan, 0.0)).missing
+    width = np.where(missing > 0, np.nan, found.half_width)
+    return name, replace(found, half_width=width, missing=missing)
+
+
+def _filled(grid: Grid, values: np.ndarray) -> np.ndarray:
+    """`values` (n, …) [their unit] with the mean over the other seeds where one failed."""
+    repeats = tuple(k for k, axis in enumerate(grid.axes) if axis.repeats)
+    count = np.isfinite(values).sum(axis=repeats, keepdims=True)
+    total = np.nansum(values, axis=repeats, keepdims=True)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return np.where(np.isnan(values), mean, values)
 
 
 def _extreme(grid: Grid, values: np.ndarray, states: States, sign: float) -> Averaged:

@@ -51,7 +51,7 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     yield from _table(shown_first.scaled(scale))
     if found.missing.any():
         count = int(found.missing.sum())
-        yield f"  * without {count} runs that failed or have no value"
+        yield f"  * without runs that failed or have no value: {count}"
     yield from _over_states(outcome, wanted)
 
 
@@ -73,6 +73,8 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
             yield from _table(found.scaled(scale))
         else:
             yield f"  {name}: {found.scaled(scale).cell(())} {unit}".rstrip()
+        if found.missing.any():
+            yield "  * for seeds that failed in a state stands the mean of the others there"
 
 
 def _bracketed(unit: str) -> str:

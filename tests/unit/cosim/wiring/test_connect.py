@@ -131,6 +131,19 @@ def test_forces_and_velocities_may_be_connected_one_by_one() -> None:
     assert not wired(BOTH, "hydro.float.force_x -> buoy.body.float.force_x").bonds
 
 
+def test_an_effort_works_on_the_rate_of_its_joint() -> None:
+    rail = [("joint.rail.effort", "input", "N"), ("joint.rail.u", "output", "m/s")]
+    pto = [("rod.effort", "output", "N"), ("rod.u", "input", "m/s")]
+    both = {"buoy": described("buoy", *rail), "pto": described("pto", *pto)}
+    (bond,) = wired(both, "buoy.joint.rail <-> pto.rod").bonds
+    (axis,) = bond.axes
+    assert (str(axis.force.source), str(axis.velocity.source)) == (
+        "pto.rod.effort",
+        "buoy.joint.rail.u",
+    )
+    assert axis.position is None
+
+
 def test_a_connector_carries_what_is_calculated_into_a_parameter() -> None:
     """Once, beside its inputs and outputs; a connection by '->' is asked before it."""
     buoy = described(

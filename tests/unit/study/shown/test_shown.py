@@ -166,6 +166,17 @@ VALUES = np.random.default_rng(1).uniform(1.0, 2.0, GRID.shape)
 VALUES[0, :, :, 1] = 100.0  # of the state that never occurs
 
 
+def test_a_seed_that_failed_in_a_state_counts_by_the_others_there() -> None:
+    """Its other states are there: left out with it, the rough states alone would count less."""
+    grid = Grid((axis("height", 2), axis("seed", 2, repeats=True)))
+    values = np.array([[1.0, 3.0], [np.nan, 10.0]])
+    states, wanted = States(("height",), np.array([0.5, 0.5])), Wanted("p", "x.p", "mean")
+    (_, _, mean), (_, _, year) = over_states(grid, values, states, wanted, "kW")
+    assert mean.cell(()) == "6.000*"
+    assert float(year.mean) == pytest.approx(6 * 8.766, rel=1e-12)
+    assert (int(mean.missing), float(mean.half_width)) == (1, pytest.approx(np.nan, nan_ok=True))
+
+
 @pytest.mark.parametrize(
     ("statistic", "parameters", "power", "said"),
     [
