@@ -68,31 +68,35 @@ class Record:
             raise RunError(f"a kept run is damaged: {error}", "run with --fresh") from error
 
 
-def record_of(
+def records_of(
     wanted: Sequence[Wanted],
     series: Sequence[str],
     time: np.ndarray,
     values: Mapping[str, np.ndarray],
     start_up: float,
-) -> Record:
-    """The record of a run with its statistics, and why they are nan.
+) -> list[Record]:
+    """The records of m runs with their statistics, and why they are nan.
 
-    `time` (n,) [s], `values` (n,) by variable, in their units; those before `start_up` [s] do not
+    `time` (n,) [s], `values` (m, n) by variable, in their units; those before `start_up` [s] do not
     count in statistics.
     """
     after = time >= start_up
     counted = slice(None) if np.all(after) else after  # no copies of all
-    found: dict[str, float] = {}
-    undefined: dict[str, str] = {}
-    for one in wanted:
-        told = STATISTICS[one.statistic].explained(
-            time[counted], values[one.variable][counted], **dict(one.parameters)
+    told = {
+        one.name: STATISTICS[one.statistic].explained(
+            time[counted], values[one.variable][:, counted], **dict(one.parameters)
         )
-        found[one.name] = float(told.values[0])
-        if why := told.reasons[0]:
-            undefined[one.name] = why
-    kept = {name: values[name] for name in series}
-    return Record(found, time if kept else np.empty(0), kept, undefined=undefined)
+        for one in wanted
+    }
+    return [
+        Record(
+            values={name: float(one.values[k]) for name, one in told.items()},
+            time=time if series else np.empty(0),
+            series={name: values[name][k] for name in series},
+            undefined={name: one.reasons[k] for name, one in told.items() if one.reasons[k]},
+        )
+        for k in range(len(next(iter(values.values()))))
+    ]
 
 
 _PATIENCE = 60.0

@@ -33,7 +33,7 @@ from m4e_fmi.study.names import setting_problems
 from m4e_fmi.study.programs.chunks import Pace, chunks, in_threads
 from m4e_fmi.study.programs.names import Version, program_runs
 from m4e_fmi.study.programs.settings import Settings, checked_settings
-from m4e_fmi.study.record import Record, record_of
+from m4e_fmi.study.record import Record, records_of
 from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.shown.warnings import WARNING
 from m4e_fmi.study.start_up import RAMP, first_time, ramp_warnings
@@ -174,15 +174,21 @@ class ProgramPlan:
         each = (clock.perf_counter() - began) / len(runs)
         places = {v.name: k for k, v in enumerate(program.states)}
         batch: dict[int, Record] = {}
-        for number, run, start in zip(runs.tolist(), found, starts, strict=True):
+        good: dict[float, list[int]] = {}  # places of runs by their start-up [s]
+        for k, (number, run) in enumerate(zip(runs.tolist(), found, strict=True)):
             if run.message:
-                at = version.named(start)
+                at = version.named(starts[k])
                 why = diagnosis(version.model, at, run.stopped_at) if version.model else ""
                 told = f"{run.message}: {why}" if why else run.message
                 batch[number] = Record(failure=told, wall_time=each)
             else:
-                values = {name: _column(run, outputs, places, name) for name in names}
-                batch[number] = self._record(number, times, values, each)
+                good.setdefault(self.start_up[number], []).append(k)
+        for members in good.values():
+            values = {
+                name: np.array([_column(found[k], outputs, places, name) for k in members])
+                for name in names
+            }
+            batch |= self._records(runs[members], times, values, each)
         return batch
 
     def _single(self, group: RunGroup, run: int) -> Batch:
@@ -194,17 +200,18 @@ class ProgramPlan:
         except RunError as error:
             taken = clock.perf_counter() - began
             return {run: Record(failure=one_line(error.message), wall_time=taken)}
-        values = {name: found[name].values for name in self._names}
+        values = {name: found[name].values[None] for name in self._names}
         taken = clock.perf_counter() - began
-        return {run: self._record(run, found.time.values, values, taken)}
+        return self._records(runs, found.time.values, values, taken)
 
-    def _record(
-        self, run: int, times: np.ndarray, values: Mapping[str, np.ndarray], taken: float
-    ) -> Record:
-        """The record of a run from its `values` (n_times,) by name, at `times` [s]."""
-        study = self.study
-        found = record_of(study.wanted, study.series, times, values, self.start_up[run])
-        return replace(found, wall_time=taken)
+    def _records(
+        self, runs: np.ndarray, times: np.ndarray, values: Mapping[str, np.ndarray], taken: float
+    ) -> Batch:
+        """Records of `runs` (m,) [1] with one start-up from `values` (m, n) at `times` (n,) [s]."""
+        study, first = self.study, self.start_up[int(runs[0])]
+        found = records_of(study.wanted, study.series, times, values, first)
+        made = (replace(one, wall_time=taken) for one in found)
+        return dict(zip(runs.tolist(), made, strict=True))
 
 
 def _column(run: Run, outputs: Sequence[str], places: Mapping[str, int], name: str) -> np.ndarray:

@@ -28,7 +28,7 @@ from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
-from m4e_fmi.study.record import Record, record_of
+from m4e_fmi.study.record import Record, records_of
 from m4e_fmi.threads import ONE_RUN
 
 RESULTS = "run.nc"
@@ -117,8 +117,8 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
     outcome = run.outcome
     assert outcome is not None
     found = load(results)
-    values = {name: found[name].values.astype(float) for name in names}
-    record = record_of(task.wanted, task.series, found.time, values, task.start_up)
+    values = {name: found[name].values.astype(float)[None] for name in names}
+    (record,) = records_of(task.wanted, task.series, found.time, values, task.start_up)
     error, source = coupling_error_of(outcome.certificate)
     return replace(record, coupling_error=error, coupling_at=source)
 

@@ -9,7 +9,7 @@ import pytest
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.study.given.study import Wanted
-from m4e_fmi.study.record import Record, Store, record_of
+from m4e_fmi.study.record import Record, Store, records_of
 
 RECORD = Record(
     values={"a": 0.1 + 0.2, "b": float("nan")},
@@ -60,5 +60,5 @@ def test_a_full_disk_is_told_and_what_is_kept_stays(store: Store) -> None:
 def test_the_row_at_the_end_of_the_start_up_counts() -> None:
     """The maximum of a falling record is its first row that counts."""
     time = np.arange(5.0)
-    found = record_of([Wanted("top", "x", "maximum")], (), time, {"x": -time}, 2.0)
+    (found,) = records_of([Wanted("top", "x", "maximum")], (), time, {"x": -time[None]}, 2.0)
     assert found.values == {"top": -2.0}
