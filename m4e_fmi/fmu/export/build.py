@@ -72,10 +72,9 @@ def build_fmu(
     divides each communication step into the fewest equal steps that are not longer than
     `step_size`. `stop_time` and `step_size` [s] are those of the default experiment (10 and 0.01).
     `outputs` are shell patterns of the outputs and states to be seen; what computes the others only
-    is left out; default all. `documentation` has
-    more files: name in the archive, below ``documentation/`` or ``model.png`` (FMI 3.0:
-    ``terminalsAndIcons/icon.png``), → content. `sources` adds the C sources of a native FMU's
-    library, for importers that compile.
+    is left out; default all. `documentation` has more files: name in the archive, below
+    ``documentation/`` or ``model.png`` (FMI 3.0: ``terminalsAndIcons/icon.png``), → content.
+    `sources` adds the C sources of a native FMU's library, for importers that compile.
 
     Variables and value references of a program are the same for both kinds, and so are results, to
     the bit. The same source gives the same bytes. InputError if an option is not one, if the name

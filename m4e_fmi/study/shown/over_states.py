@@ -160,8 +160,8 @@ def over_states(
 ) -> list[tuple[str, str, Averaged]]:
     """Names, units and values over the designs of what is told of all states.
 
-    Of mean powers the energy of a year follows, in MWh; `values` (n, …) [`unit`] have
-    the shape of the grid.
+    Of mean powers the energy of a year follows, in MWh; `values` (n, …) [`unit`] have the shape of
+    the grid.
     """
     name, over_all = _over_states(grid, values, states, wanted)
     found = [(name, unit, over_all)]

@@ -47,8 +47,8 @@ NO_TIME = ("algorithm", "tolerance", "coupling_tolerance")
 class SystemPlan:
     """The runs of a study of a system: versions of its components, their FMUs, and tasks.
 
-    `variants` are the versions of the components whose section changes. FMUs are
-    built in `folder`; what runs share is in `blobs`.
+    `variants` are the versions of the components whose section changes. FMUs are built in `folder`;
+    what runs share is in `blobs`.
 
     InputError with all problems of names and values; if there are none, with those of sections.
     """
