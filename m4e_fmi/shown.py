@@ -95,6 +95,13 @@ def _line(head: str, names: Sequence[str]) -> str:
     return line
 
 
+def first_of(names: Iterable[object], most: int) -> str:
+    """The first names, and how many more there are."""
+    found = [str(name) for name in names]
+    more = f" and {len(found) - most} more" if len(found) > most else ""
+    return ", ".join(found[:most]) + more
+
+
 def columns(align: str, *rows: Sequence[str]) -> list[str]:
     """Rows of cells as lines of padded columns; `align` has "<" or ">" for each column."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.cli.shared.log import add_log, print_files, say, show
+from m4e_fmi.cli.shared.log import add_log, note, print_files, say, show
 from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
     add_options,
@@ -158,7 +158,7 @@ def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
     asked = Options(documentation=documentation, **chosen)
     path, content = _written(program, asked, options.build_folder)
     if before not in (ABSENT, content):
-        say(f"note: {path} replaces another FMU of that name")
+        note(f"note: {path} replaces another FMU of that name")
     return path, content
 
 
@@ -170,7 +170,7 @@ def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
     chosen = _chosen(options, native=False)
     model = load_model(options.source)
     for name in model.lacking:
-        say(f"note: {name} has no value: the FMU runs when it is set")
+        note(f"note: {name} has no value: the FMU runs when it is set")
     program = model_program(model)
     if options.inputs is not None:
         program = model_program(model, inputs=matching(program.inputs, options.inputs, "input"))

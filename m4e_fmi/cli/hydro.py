@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import add_log, count, print_files, show_result
+from m4e_fmi.cli.shared.log import add_log, print_files, say, show_result
 from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite, is_system, load_system
 from m4e_fmi.errors import YAML_SUFFIXES, InputError, suggestion
 
@@ -87,7 +87,7 @@ def _of_file(options: argparse.Namespace) -> HydrodynamicData:
         if kind.config_of_file and kind.coefficients:
             config = kind.config_of_file(options.source, progress=notes.append, depth=options.depth)
             folder, name = options.source.parent, options.source.stem
-            data = kind.coefficients(config, name=name, folder=folder, progress=count)
+            data = kind.coefficients(config, name=name, folder=folder, progress=say)
             return replace(data, notes=(*notes, *data.notes))
     raise InputError.single("no kind of FMU that is installed reads coefficients")
 
@@ -106,7 +106,7 @@ def _refine(options: argparse.Namespace) -> None:
         message = f"the kind of component {chosen!r} has no panels to refine"
         raise InputError.single(message, "choose another one with --component")
     try:
-        text, numbers = kind.refinement(config, folder=system.folder, progress=count)
+        text, numbers = kind.refinement(config, folder=system.folder, progress=say)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
     show_result(text, numbers, options)
@@ -118,7 +118,7 @@ def _of_system(options: argparse.Namespace) -> HydrodynamicData:
     kind, config = _in_water(system)[chosen]
     assert kind.coefficients
     try:
-        return kind.coefficients(config, name=title, folder=system.folder, progress=count)
+        return kind.coefficients(config, name=title, folder=system.folder, progress=say)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
 

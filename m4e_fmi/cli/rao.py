@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import add_log, count, print_files, show_result, warn
+from m4e_fmi.cli.shared.log import add_log, print_files, say, show_result, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     add_options,
@@ -150,7 +150,7 @@ def _regular(
         directions=_directions(options),
         outputs=options.outputs,
         height=options.height,
-        progress=count,
+        progress=say,
     )
     files = [write_waves(response, output)]
     if not options.no_plot:
@@ -165,7 +165,7 @@ def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.
     from m4e_fmi.report import sea_json, sea_text, write_sea
 
     sea = _given_sea(waves, point, options)
-    response = sea_response(waves, point, sea, outputs=options.outputs, progress=count)
+    response = sea_response(waves, point, sea, outputs=options.outputs, progress=say)
     files = [write_sea(response, output)]
 
     show_result(sea_text(response), sea_json(response), options)

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import add_log, print_files, progress, say, show, tell_event, warn
+from m4e_fmi.cli.shared.log import (
+    add_log,
+    detail,
+    print_files,
+    progress,
+    say,
+    show,
+    tell_event,
+    warn,
+)
 from m4e_fmi.cli.shared.options import (
     add_options,
     animation_file,
@@ -141,7 +151,6 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, run
     from m4e_fmi.cosim.results.system_scene import system_scene
     from m4e_fmi.cosim.run.verbs import checkpoint_to_resume
-    from m4e_fmi.report import run_numbers, run_summary
 
     file = output.absolute()  # an FMU may change the working folder
     animation = animation_file(options, system.name)
@@ -164,7 +173,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
     count, links = len(system.components), len(prepared.wiring.links)
-    show(f"{system.name}: {count} FMUs, {links} connected variables")
+    detail(f"{system.name}: {count} FMUs, {links} connected variables")
     animated = animation is not None or (
         report is not None
         and system_scene(prepared.system, prepared.descriptions, prepared.wiring) is not None
@@ -190,15 +199,21 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 animated=animated,
             )
     except ExportError as error:
-        numbers, variables = run_numbers(error.outcome)
-        text = run_summary(error.outcome, told)
-        show(text, "summary", numbers=numbers, variables=variables)
+        _tell_result(error.outcome, told)
         print_files(filter(None, [error.outcome.path]))
-        sys.stdout.flush()
         raise
-    numbers, variables = run_numbers(outcome)
-    show(run_summary(outcome, told), "summary", numbers=numbers, variables=variables)
+    _tell_result(outcome, told)
     _write_beside(outcome, (output, file), animation, report, options)
+
+
+def _tell_result(outcome: Outcome, told: Collection[str]) -> None:
+    """Tell the result, doubts that were not `told` yet, and the numerics."""
+    from m4e_fmi.report import run_numbers, run_summary, run_text
+
+    numbers, variables = run_numbers(outcome)
+    show(run_text(outcome, told), "summary", numbers=numbers, variables=variables)
+    detail(run_summary(outcome))
+    sys.stdout.flush()  # drawing takes a second, within which a signal may end it
 
 
 def _write_beside(
@@ -212,19 +227,21 @@ def _write_beside(
 
     `output` is the file of results as given, and from the root on.
     """
-    from m4e_fmi.report import animate_run, plot_run, report_of_run, run_summary
+    from m4e_fmi.report import animate_run, plot_run, report_of_run, run_summary, run_text
     from m4e_fmi.results.results_file import as_given
 
     assert outcome.path is not None
     given, file = output
-    print_files(dict.fromkeys([outcome.path, as_given(given, file)]))
-    sys.stdout.flush()  # drawing takes a second, within which a signal may end it
-    if not options.no_plot:
-        picture = plot_run(outcome.path, file.with_suffix(".png"))
-        print_files([as_given(given.with_suffix(".png"), picture)])
-    if animation:
-        print_files([animate_run(outcome.path, animation)])
-    if report:
-        printed = run_summary(outcome)
-        made = report_of_run(outcome.path, report, printed=printed, command=options.given)
-        print_files([made])
+    files = [outcome.path, as_given(given, file)]
+    try:
+        if not options.no_plot:
+            picture = plot_run(outcome.path, file.with_suffix(".png"))
+            files.append(as_given(given.with_suffix(".png"), picture))
+        if animation:
+            files.append(animate_run(outcome.path, animation))
+        if report:
+            printed = f"{run_text(outcome)}\n{run_summary(outcome)}"
+            made = report_of_run(outcome.path, report, printed=printed, command=options.given)
+            files.append(made)
+    finally:
+        print_files(dict.fromkeys(files))

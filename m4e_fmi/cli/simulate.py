@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import add_log, print_files, progress, show, tell_event, warn
+from m4e_fmi.cli.shared.log import (
+    add_log,
+    detail,
+    note,
+    print_files,
+    progress,
+    show,
+    tell_event,
+    warn,
+)
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
@@ -149,7 +158,13 @@ def _simulate_to(
     output: Path, animation: Path | None, source: _Source, options: argparse.Namespace
 ) -> None:
     from m4e_fmi.program import Program
-    from m4e_fmi.report import simulation_numbers, simulation_summary, write_simulation
+    from m4e_fmi.report import (
+        simulation_numbers,
+        simulation_summary,
+        simulation_text,
+        write_simulation,
+    )
+    from m4e_fmi.results.results_file import load
     from m4e_fmi.simulate.limits import limits_left
     from m4e_fmi.simulate.simulation import FIXED
 
@@ -169,18 +184,23 @@ def _simulate_to(
     for line in limits_left(result):
         warn(f"warning: {line}")
     files = write_simulation(result, output, scene=source.scene_of(result), inputs=source.inputs)
-    summary, model = simulation_summary(result), source.equations
     numbers, variables = simulation_numbers(result)
-    show(summary, "summary", numbers=numbers, variables=variables)
+    text, summary = simulation_text(result, load(files[0])), simulation_summary(result)
+    show(text, "summary", numbers=numbers, variables=variables)
+    model = source.equations
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
-        show(f"  note: joint {name!r} starts where the parameters in the file put it")
-    print_files(files)
+        note(f"note: joint {name!r} starts where the parameters in the file put it")
+    detail(summary)
     sys.stdout.flush()  # pictures take a second, within which a signal may end it
-    _picture(result, files[0], output, animation, source, options)
-    if report := report_file(options, output):
-        from m4e_fmi.report import report_of_run
+    try:
+        files += _pictures(result, files[0], output, animation, source, options)
+        if report := report_file(options, output):
+            from m4e_fmi.report import report_of_run
 
-        print_files([report_of_run(files[0], report, printed=summary, command=options.given)])
+            printed = f"{text}\n{summary}"
+            files += [report_of_run(files[0], report, printed=printed, command=options.given)]
+    finally:
+        print_files(files)
 
 
 def _simulated(output: Path, source: _Source, options: argparse.Namespace) -> Simulation:
@@ -206,8 +226,8 @@ def _simulated(output: Path, source: _Source, options: argparse.Namespace) -> Si
                 interrupted=left.append,
             )
     except SimulationError as error:
-        note = _write_partial(error.simulation, f"failed: {error.message}", output, source, options)
-        raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
+        kept = _write_partial(error.simulation, f"failed: {error.message}", output, source, options)
+        raise RunError(error.message, f"{error.remedy}; {kept}".strip("; ")) from error
     except (KeyboardInterrupt, Terminated) as error:
         ended = str(error) or "interrupted"
         for simulation in left:
@@ -215,14 +235,14 @@ def _simulated(output: Path, source: _Source, options: argparse.Namespace) -> Si
         raise
 
 
-def _picture(
+def _pictures(
     result: Simulation,
     file: Path,
     output: Path,
     animation: Path | None,
     source: _Source,
     options: argparse.Namespace,
-) -> None:
+) -> Iterator[Path]:
     """Draw and animate the results in `file`, as far as asked for."""
     from m4e_fmi.program import Program
 
@@ -230,14 +250,13 @@ def _picture(
         from m4e_fmi.report import plot_simulation
 
         picture = output.with_suffix(".png")
-        print_files([plot_simulation(result, picture, variables=options.variables)])
+        yield plot_simulation(result, picture, variables=options.variables)
     if animation:
         from m4e_fmi.report import animate, animate_run
 
         model = source.equations
         whole = isinstance(model, Program)
-        made = animate_run(file, animation) if whole else animate(model, result, animation)
-        print_files([made])
+        yield animate_run(file, animation) if whole else animate(model, result, animation)
 
 
 def _write_partial(

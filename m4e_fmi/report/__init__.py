@@ -38,8 +38,10 @@ if TYPE_CHECKING:
     from m4e_fmi.report.text.summaries import (
         run_numbers,
         run_summary,
+        run_text,
         simulation_numbers,
         simulation_summary,
+        simulation_text,
     )
     from m4e_fmi.report.text.tables import model_tables
     from m4e_fmi.report.text.wave_text import (
@@ -81,12 +83,14 @@ __all__ = [
     "report_of_run",
     "run_numbers",
     "run_summary",
+    "run_text",
     "runs_bar",
     "say_beside",
     "sea_json",
     "sea_text",
     "simulation_numbers",
     "simulation_summary",
+    "simulation_text",
     "system_figure",
     "validation_text",
     "wave_json",
@@ -156,8 +160,10 @@ _MODULES = {
     "text.summaries": (
         "run_numbers",
         "run_summary",
+        "run_text",
         "simulation_numbers",
         "simulation_summary",
+        "simulation_text",
     ),
     "text.tables": ("model_tables",),
     "text.wave_text": (

@@ -1,8 +1,8 @@
 """Lines of a command: on the terminal, and as events for programs (docs/logs.md).
 
-People read standard output (progress, results) and standard error (notes, warnings, errors);
-`--quiet` leaves warnings and errors. `--events` has one JSON object on a line of standard output,
-in place of the lines for people.
+People read standard output (results) and standard error (progress, notes, warnings, errors);
+`--verbose` adds what is built and the numerics, `--quiet` leaves warnings and errors. `--events`
+has one JSON object on a line of standard output, in place of the lines for people.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TextIO
 
 from m4e_fmi.cli.shared.output import alone
@@ -56,7 +57,7 @@ _FEW = 10
 class _Course:
     """Where lines of the running command lead."""
 
-    quiet = False
+    quiet = verbose = passing = False
     programs: TextIO | None = None
     began = 0.0
 
@@ -67,7 +68,11 @@ _course = _Course()
 def add_log(command: argparse.ArgumentParser, *, events: bool = False) -> None:
     """Add --quiet and, if the command tells `events`, --events."""
     group = command.add_argument_group("what is told")
-    group.add_argument("--quiet", action="store_true", help="warnings and errors only")
+    amount = group.add_mutually_exclusive_group()
+    amount.add_argument("--quiet", action="store_true", help="warnings and errors only")
+    amount.add_argument(
+        "--verbose", action="store_true", help="also what is built, steps, times and energies"
+    )
     if events:
         group.add_argument(
             "--events",
@@ -81,6 +86,7 @@ def logged(options: argparse.Namespace, command: Sequence[str]) -> Generator[Non
     """Lines lead where `options` say during the block, which runs the `command`."""
     _course.began = time.perf_counter()
     _course.quiet = getattr(options, "quiet", False)
+    _course.verbose = getattr(options, "verbose", False)
     try:
         if not getattr(options, "events", False):
             yield
@@ -95,19 +101,39 @@ def logged(options: argparse.Namespace, command: Sequence[str]) -> Generator[Non
             )  # fmt: skip
             yield
     finally:
-        _course.quiet, _course.programs = False, None
+        _clear()
+        _course.quiet, _course.verbose, _course.programs = False, False, None
 
 
 def say(text: str) -> None:
-    """Tell a line of progress; one that counts ("… 3 of 40") overwrites itself on a terminal."""
+    """Tell a line of progress: with --verbose, or on a terminal until the next line is told.
+
+    A warning is always told, and stays. Programs get one in so many of lines that count.
+    """
     text = one_line(text)
-    _tell(text, counting=True, warns=bool(_WARNING.search(text)))
+    found = _COUNTING.search(text)
+    if _WARNING.search(text):
+        warn(text)
+    elif _course.programs or _course.verbose:
+        if not found or int(found[1]) % _FEW == 0:
+            _tell(text)
+    elif not _course.quiet and sys.stderr.isatty():
+        _clear()
+        print(text[: get_terminal_size().columns - 1], end="", file=sys.stderr, flush=True)
+        _course.passing = True
 
 
-def count(text: str) -> None:
-    """Tell progress that counts beside a result, on a terminal's standard error only."""
-    if sys.stderr.isatty() and _COUNTING.search(text):
-        _tell(one_line(text), beside=True, counting=True)
+def _clear() -> None:
+    """Take the line of progress from the terminal, if there is one."""
+    if _course.passing:
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+        _course.passing = False
+
+
+def detail(text: str) -> None:
+    """Tell numerics: with --verbose, or to programs."""
+    if _course.verbose or _course.programs:
+        _tell(text)
 
 
 def show(text: str, event: str = "", **fields: object) -> None:
@@ -143,8 +169,11 @@ def show_result(text: str, values: object, options: argparse.Namespace) -> None:
 
 def print_files(paths: Iterable[Path], options: argparse.Namespace | None = None) -> None:
     """Tell the paths of files that were written, but not beside a result of --json."""
-    for path in () if options and options.json else paths:
-        show(f"wrote {path}", "file", path=str(path))
+    told = [] if options and options.json else list(map(str, paths))
+    for path in told:
+        tell_event("file", path=path)
+    if told and not _course.programs:
+        show(f"wrote {', '.join(told)}")
 
 
 def tell_event(event: str, /, **fields: object) -> None:
@@ -168,33 +197,24 @@ def _tell(
     *,
     beside: bool = False,
     warns: bool = False,
-    counting: bool = False,
     event: str = "",
     fields: Mapping[str, object] | None = None,
 ) -> None:
-    """Tell programs an event, or that of the line; and people the line, where it belongs.
-
-    Of lines that count most are left out where they cannot overwrite each other; but no warnings.
-    """
-    found = _COUNTING.search(text) if counting else None
-    kept = found is None or int(found[1]) % _FEW == 0 or warns
+    """Tell programs an event, or that of the line; and people the line, where it belongs."""
     if event:
         tell_event(event, **(fields or {}))
-    elif kept:
+    else:
         tell_event("warning" if warns else "line", text=cleaned(text))
     if (_course.programs and not beside) or (_course.quiet and not warns):
         return
-    stream = sys.stderr if beside else sys.stdout
-    if found and stream.isatty():
-        end = "\n" if found[1] == found[2] else ""
-        print(f"\r\033[K{text}", end=end, file=stream, flush=True)
-    elif (beside or _course.quiet) and _BAR in sys.modules:
+    _clear()
+    if (beside or _course.quiet) and _BAR in sys.modules:
         from m4e_fmi.report import say_beside
 
         say_beside(text)
     elif beside or _course.quiet:  # an error is told although nothing can be imported any more
         print(text, file=sys.stderr, flush=True)
-    elif kept:
+    else:
         print(text, flush=True)
 
 
@@ -207,6 +227,7 @@ def progress(stop_time: float, *, start: float = 0.0) -> Generator[Callable[[flo
     elif _course.quiet:
         yield lambda _: None
     else:
+        _clear()
         from m4e_fmi.report import progress_bar
 
         with progress_bar(stop_time, start=start) as told:
@@ -221,6 +242,7 @@ def runs_progress() -> Generator[Callable[[int, int], None] | None]:
     elif _course.quiet:
         yield None
     else:
+        _clear()
         from m4e_fmi.report import runs_bar
 
         with runs_bar() as told:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import count, note, warn
+from m4e_fmi.cli.shared.log import note, say, warn
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -252,14 +252,14 @@ def load_in_waves(system: System, options: argparse.Namespace, *, highest: float
 def tell_equations(line: str) -> None:
     """Tell what matters of the equations of a system: warnings, and what stands in for others.
 
-    Also progress that counts, as `count`.
+    Other lines are progress.
     """
     if "warning" in line:
         warn(line)
     elif line.startswith(("left open", "settled")):
         note(line)
     else:
-        count(line)
+        say(line)
 
 
 def load_system(path: Path) -> System:

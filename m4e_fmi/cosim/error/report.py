@@ -92,7 +92,7 @@ class CouplingError:
 
     def __str__(self) -> str:
         span = f"{self.span:.2g} {self.unit}".rstrip()
-        return f"{self.error:.1e} of range ({span}), at {self.source}"
+        return f"{share_text(self.error)} of the range of {span}, at {self.source}"
 
     @property
     def falls(self) -> bool:
@@ -155,13 +155,13 @@ class CouplingErrorReport:
             return f"the coupling error is not known: it is rounding{self.uncovered}"
         if worst is None:
             return "no coupling, no coupling error"
-        remedy = f"halve the step{self._halved} for {worst.halved:.1e}"
+        halved = share_text(worst.halved)
+        remedy = f"half the step{self._halved} would give {halved}"
         if self.adaptive:
             remedy = "a smaller coupling_tolerance lowers it"
         elif not worst.falls:
-            remedy = f"halving the step does not help much: {worst.halved:.1e}"
-        where = f"{worst} ({worst.connection}){self.uncovered}"
-        return f"largest coupling error {where}; {remedy}{self._switched}"
+            remedy = f"half the step would help little: {halved}"
+        return f"largest coupling error {worst}{self.uncovered}; {remedy}{self._switched}"
 
     @property
     def _halved(self) -> str:
@@ -178,6 +178,11 @@ class CouplingErrorReport:
         others = f" and {len(more)} more" if more else ""
         verb = "switch" if more else "switches"
         return f"; {first}{others} {verb} a step earlier or later: wrong there by the whole jump"
+
+
+def share_text(share: float) -> str:
+    """A share of 1 in percent, with two digits."""
+    return f"{100.0 * share:.2g} %"
 
 
 def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:

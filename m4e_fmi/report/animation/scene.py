@@ -11,8 +11,11 @@ from itertools import chain
 import numpy as np
 
 from m4e_fmi.report.drawing.hulls import Hull
+from m4e_fmi.statistics.record import weights
 
 GROUND = -1
+DEEP = 300.0
+"""k h beyond which water is as deep as any."""
 Triple = tuple[float, float, float]
 COORDINATES = ("x", "y", "z", "phi", "theta", "psi")
 """Of a body: place [m], and R = R_z(psi) R_y(theta) R_x(phi) [rad] from body to world axes."""
@@ -95,25 +98,49 @@ class Train:
         """Those five, (n,) each, in the units above."""
         return self.omega, self.number, self.amplitude, self.phase, self.direction
 
+    def growth(self, time: np.ndarray) -> np.ndarray:
+        """The ramp [1] at `time` (T,) [s], (T,)."""
+        if not self.ramp:
+            return np.ones(len(time))
+        return 0.5 - 0.5 * np.cos(np.pi * np.minimum(time / self.ramp, 1.0))
+
     def elevation(self, x: float, y: float, time: np.ndarray) -> np.ndarray:
         """Height of the water [m] at x, y [m] and `time` (T,) [s], (T,)."""
         way = self.phase - self.number * (x * np.cos(self.direction) + y * np.sin(self.direction))
         height = np.cos(np.multiply.outer(time, self.omega) + way) @ self.amplitude
-        if not self.ramp:
-            return height
-        return height * (0.5 - 0.5 * np.cos(np.pi * np.minimum(time / self.ramp, 1.0)))
+        return height * self.growth(time)
+
+    def energy_flux(self, depth: float) -> float:
+        """Σ g a² c_g/2 [m4/s3] of all waves, of any directions, in water of a `depth` [m].
+
+        With g = ω²/(k tanh kh) and the group velocity c_g = ω/(2k) (1 + 2kh/sinh 2kh).
+        """
+        k, kh = self.number, np.minimum(self.number * depth, DEEP)
+        shallower = 1.0 + 2.0 * kh / np.sinh(2.0 * kh)
+        return 0.25 * float(
+            np.sum(self.amplitude**2 * self.omega**3 / (k**2 * np.tanh(kh)) * shallower)
+        )
 
 
 @dataclass(frozen=True)
 class Water:
     """Water with its still surface at z = 0, of a `depth` [m]; `trains` are the waves in it.
 
-    `gauge` is the variable that has the elevation at x = y = 0, "" if none has.
+    `gauge` is the variable that has the elevation at x = y = 0, "" if none has. `density` [kg/m3]
+    is 0 if it is not known.
     """
 
     depth: float
     trains: tuple[Train, ...] = ()
     gauge: str = ""
+    density: float = 0.0
+
+    def energy_flux(self, time: np.ndarray) -> float:
+        """Mean power [W/m] per metre of crest of all waves over `time` (T,) [s], ramps included."""
+        return self.density * sum(
+            train.energy_flux(self.depth) * float(weights(time) @ train.growth(time) ** 2)
+            for train in self.trains
+        )
 
     def elevation(self, x: float, y: float, time: np.ndarray) -> np.ndarray:
         """Height [m] at x, y [m] and `time` (T,) [s], (T,)."""

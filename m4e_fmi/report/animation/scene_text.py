@@ -85,6 +85,7 @@ def carried(scene: Scene | None) -> dict[str, str]:
                 for train in water.trains
             ],
             "gauge": water.gauge,
+            "density": water.density,
         }
         if water
         else None,
@@ -193,7 +194,7 @@ def _cable(data: Plain) -> Cable:
 def _water(data: Plain) -> Water:
     trains = (Train(*map(np.array, one["waves"]), ramp=one["ramp"]) for one in data["trains"])
     depth = np.inf if data["depth"] is None else data["depth"]
-    return Water(depth, tuple(trains), data["gauge"])
+    return Water(depth, tuple(trains), data["gauge"], data.get("density", 0.0))
 
 
 def _values(data: Iterable[Plain]) -> Iterator[Value]:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.report.headlines import headlines
 from m4e_fmi.report.panels import Panel, aligned, fitting, moving, panels, percent, quantity
 from m4e_fmi.results.results_file import Results, Series
-from m4e_fmi.shown import columns
-from m4e_fmi.units import BASE_UNITS, parse_unit
+from m4e_fmi.shown import WIDTH, columns
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import BondEnergy, FmuMessage, Outcome
@@ -19,29 +18,56 @@ if TYPE_CHECKING:
 
 
 Entry = dict[str, object]
+LOSSY = 0.01
+"""Share of the energy over a connection that is worth a line."""
 MOST_MESSAGES = 20
 """Kinds of messages that a summary has."""
 
 
-def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
-    """Power, extremes, steps, time and energy balance of a run that wrote results.
+def result_text(results: Results) -> str:
+    """The headline figures, as few lines; "" without any."""
+    texts = list(map(str, headlines(results)))
+    lines = texts[:1]
+    for text in texts[1:]:
+        if len(lines[-1]) + len(text) + 2 > WIDTH:
+            lines.append(text)
+        else:
+            lines[-1] += f"; {text}"
+    return "\n".join(lines)
+
+
+def run_text(outcome: Outcome, told: Collection[str] = ()) -> str:
+    """Headline figures, doubts, and the coupling error in words of a run that wrote results.
 
     Warnings and messages of FMUs that were `told` already, as `warn` of `run` got them, are left
     out.
     """
+    messages = [message for message in outcome.messages if str(message) not in told]
+    lines = [
+        result_text(outcome.results()),
+        *outcome.notes,
+        *(line for line in map("warning: {}".format, outcome.warnings) if line not in told),
+        *_messages(messages),
+        *_lossy(outcome.energy),
+        _certified(outcome),
+    ]
+    return "\n".join(filter(None, lines))
+
+
+def run_summary(outcome: Outcome) -> str:
+    """Steps, time, extremes and energies of a run that wrote results."""
     loaded = outcome.results()
     settings = outcome.prepared.system.simulation
     span = float(loaded.time[-1] - loaded.time[0])
+    errors = outcome.certificate
+    coverage = None if isinstance(errors, str) else errors.coverage
     factor = span / outcome.wall_time if outcome.wall_time else float("inf")
     lines = [
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
-        *(f"  {note}" for note in outcome.notes),
-        *(f"  {line}" for line in map("warning: {}".format, outcome.warnings) if line not in told),
+        *([f"  {coverage}"] if coverage and not coverage.lost else []),
         *(["scenario:"] if outcome.scenario else []),
         *(f"  {line}" for line in outcome.scenario),
-        *_messages([message for message in outcome.messages if str(message) not in told]),
-        *_certified(outcome),
         *_extremes(loaded, _rows(loaded, outcome.steps)),
     ]
     return "\n".join([*lines, *_bonds(outcome.energy, span)])
@@ -81,14 +107,21 @@ def _messages(messages: Sequence[FmuMessage]) -> list[str]:
     return ["messages of FMUs:", *lines]
 
 
-def _certified(outcome: Outcome) -> list[str]:
-    lines = [f"  {outcome.certificate}"]
-    if isinstance(outcome.certificate, str):
-        text = f"  coupling error not known: {outcome.certificate}"
-        return [f"{text}; compare with a run at half the step_size"]
-    if outcome.certificate.coverage:
-        lines.append(f"  {outcome.certificate.coverage}")
-    return lines
+def _lossy(energy: Sequence[BondEnergy]) -> list[str]:
+    """A line for each connection that loses or makes much of its energy."""
+    return [
+        f"{percent(bond.relative)} of the energy over {bond.connection} is made (-: lost)"
+        for bond in energy
+        if not (bond.is_idle or abs(bond.relative) <= LOSSY)
+    ]
+
+
+def _certified(outcome: Outcome) -> str:
+    found = outcome.certificate
+    if isinstance(found, str):
+        return f"coupling error not known: {found}; compare with a run at half the step_size"
+    less = found.coverage and found.coverage.lost
+    return f"{found}\n  {found.coverage}" if less else str(found)
 
 
 def _sizes(outcome: Outcome) -> str:
@@ -107,21 +140,13 @@ def _rows(results: Results, steps: int) -> str:
 
 
 def _extremes(results: Results, rows: str) -> list[str]:
-    """Mean of every power first; then smallest, mean, largest value of what a figure would show.
+    """Smallest, mean and largest value of what a figure would show.
 
     `rows` is what is said of figures that are from some communication points only.
     """
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = [fitting(panel) for panel in moving(panels(reals))]
-    span = float(results.time[-1] - results.time[0])
-    powers = {name: one for name, one in reals.items() if _watts(one.unit)}
-    # that of the inputs of a model lifts its weight, and is in the energies over the connections
-    others = {name: one for name, one in powers.items() if not name.endswith("inputs.power")}
-    lines = [
-        f"mean power {quantity(_watts(one.unit) * ranges(one.values, results.time)[1], 'W')}"
-        f" over {span:g} s ({name}){rows and f', {rows}'}"
-        for name, one in (others or powers).items()
-    ]
+    lines = []
     shown = extremes(found, results.time)
     if shown:
         table = [(name, *numbers, unit) for name, unit, numbers in shown]
@@ -132,18 +157,6 @@ def _extremes(results: Results, rows: str) -> list[str]:
         if panel.left_out
     ]
     return lines
-
-
-@cache
-def _watts(unit: str) -> float:
-    """Watts of a unit of power; 0 for any other unit."""
-    try:
-        found, watt = parse_unit(unit), parse_unit("W")
-    except ValueError:
-        return 0.0
-    angles = BASE_UNITS.index("rad")
-    ours, theirs = (u.exponents[:angles] + u.exponents[angles + 1 :] for u in (found, watt))
-    return found.factor if ours == theirs else 0.0
 
 
 def ranges(values: np.ndarray, time: np.ndarray) -> tuple[float, float, float]:
@@ -165,20 +178,36 @@ def extremes(shown: Iterable[Panel], time: np.ndarray) -> list[tuple[str, str, l
     ]
 
 
-def simulation_summary(simulation: Simulation) -> str:
-    """Steps and time, energy balance, events and final state of an in-process simulation."""
-    factor = simulation.time[-1] / simulation.wall_time
-    lines = [
-        f"{simulation.program.name}: {simulation.time[-1]:g} s in {simulation.wall_time:.2f} s "
-        f"({factor:.0f} × real time), {simulation.method}, {simulation.evaluations} evaluations",
-        *_energy(simulation),
-    ]
+def simulation_text(simulation: Simulation, results: Results) -> str:
+    """Headline figures of its `results`, events and energy balance of an in-process simulation."""
+    lines = [result_text(results)]
     if simulation.events:
         lines.append("changes of sign:")
         lines += [
             f"  {event.name:<32} {event.time: .9g} s{', the end' if event.terminal else ''}"
             for event in simulation.events
         ]
+    if audit := simulation.energy:
+        lines.append(
+            f"energy balance closes to {100 * audit.relative:.1e} % of {audit.scale:.6g} J"
+        )
+    return "\n".join(filter(None, lines))
+
+
+def simulation_summary(simulation: Simulation) -> str:
+    """Steps and time, works of loads and final state of an in-process simulation."""
+    span = float(simulation.time[-1])
+    lines = [
+        f"{simulation.program.name}: {span:g} s in {simulation.wall_time:.2f} s "
+        f"({span / simulation.wall_time:.0f} × real time), {simulation.method}, "
+        f"{simulation.evaluations} evaluations"
+    ]
+    works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
+    if works:
+        lines.append(f"into the system within {span:g} s, and the mean power:")
+    lines += [
+        f"  {name:<32} {work[-1]: .6g} J, {work[-1] / span: .6g} W" for name, work in works.items()
+    ]
     lines.append("state at the end:")
     lines += [
         f"  {state.name:<32} {simulation[state.name][-1]: .9g} {state.unit}"
@@ -186,23 +215,6 @@ def simulation_summary(simulation: Simulation) -> str:
         if not state.local
     ]
     return "\n".join(lines)
-
-
-def _energy(simulation: Simulation) -> list[str]:
-    """Energy at both ends, what each load and the inputs did to it, and how well that adds up."""
-    audit = simulation.energy
-    if audit is None:
-        return []
-    total, span = audit.total, float(simulation.time[-1])
-    works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
-    lines = [f"total energy {total[0]:.6g} J at the start, {total[-1]:.6g} J at the end"]
-    if works:
-        lines.append(f"into the system within {span:g} s, and the mean power:")
-    lines += [
-        f"  {name:<32} {work[-1]: .6g} J, {work[-1] / span: .6g} W" for name, work in works.items()
-    ]
-    percent = 100 * audit.relative
-    return [*lines, f"energy balance closes to {percent:.1e} % of {audit.scale:.6g} J"]
 
 
 def run_numbers(outcome: Outcome) -> tuple[list[Entry], list[Entry]]:

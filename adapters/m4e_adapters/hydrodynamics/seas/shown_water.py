@@ -40,6 +40,6 @@ def shown_sea(
         trains.append(Train(omega, number, amplitude, phase, way, ramp))
     return Shown(
         hulls=hulls,
-        water=ShownWater(water.depth, tuple(trains), ELEVATION),
+        water=ShownWater(water.depth, tuple(trains), ELEVATION, water.density),
         floor=None if math.isinf(water.depth) else -water.depth,
     )
