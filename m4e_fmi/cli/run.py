@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.cli.shared.log import (
     add_log,
     detail,
+    note,
     print_files,
     progress,
     say,
@@ -191,7 +192,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 results=output,
                 progress=moving,
                 variables=options.variables,
-                tell=say,
+                tell=note,
                 warn=heed,
                 beside=[file.with_suffix(".png"), *filter(None, (animation, report))],
                 resume=options.resume,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
+from m4e_fmi.cli.shared.log import add_log, note, print_files, runs_progress, say, show, warn
 from m4e_fmi.cli.shared.options import EXIT_FAILED, add_options, report_file
 from m4e_fmi.errors import InputError
 
@@ -86,7 +86,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _tell(line: str) -> None:
-    """Tell a line; a warning stands above the bar of progress."""
+    """Tell a line: warnings and the number of runs stand above the bar of progress."""
+    from m4e_fmi.study.run import TO_MAKE
     from m4e_fmi.study.shown.warnings import WARNING
 
-    (warn if WARNING in line else say)(line)
+    (warn if WARNING in line else note if TO_MAKE in line else say)(line)

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 STORE = "kept_runs.sqlite"
 """File of kept runs in the build folder."""
+TO_MAKE = "to make"
+"""Of the line with the number of runs."""
 SUFFIXES = (".nc", ".csv")
 
 NO_RUN = Record(wall_time=math.nan)
@@ -145,7 +147,7 @@ def _records(
     first = {keys[run]: run for run in reversed(runs) if keys[run] not in by_key}
     missing = sorted(first.values())
     took = f", the last took {[*by_key.values()][-1].wall_time:.2g} s" if by_key else ""
-    tell(f"{kept} runs kept, {count - kept} to make{took}")
+    tell(f"{kept} runs kept, {count - kept} {TO_MAKE}{took}")
     if progress:
         progress(done, count)
     try:

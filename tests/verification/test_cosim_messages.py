@@ -16,7 +16,7 @@ from m4e_fmi.cosim import (
     run,
 )
 from m4e_fmi.errors import RunError
-from m4e_fmi.report import run_summary
+from m4e_fmi.report import run_text
 
 VERSIONS = ["talker", "1:talker", "3:talker"]
 
@@ -74,7 +74,7 @@ def test_plain_messages_are_no_warnings(c_fmu: Fmus) -> None:
 def test_the_summary_and_the_file_have_them(c_fmu: Fmus, tmp_path: Path) -> None:
     outcome, _ = talk(c_fmu, file=tmp_path / "r.nc", when=0.3)
     line = "pump, warning, 7 times, t = 0.3 s to 0.9 s: line aaa is 300 m too long, t = 0.3"
-    assert f"messages of FMUs:\n  {line}\n" in run_summary(outcome)
+    assert f"messages of FMUs:\n  {line}\n" in run_text(outcome)
     assert load(tmp_path / "r.nc").attributes["messages"] == line
 
 
@@ -87,7 +87,7 @@ def test_a_flood_is_bounded(c_fmu: Fmus, tmp_path: Path) -> None:
     assert len(outcome.messages) == len(lines) == 21
     assert "further messages" in outcome.messages[-1].text
     assert outcome.messages[-1].count == 20_000 - 20 * 10
-    assert len(run_summary(outcome).splitlines()) < 40
+    assert len(run_text(outcome).splitlines()) < 40
     assert peak < 6e6  # that of all messages would be several times as much
 
 

@@ -142,7 +142,7 @@ def test_longer_steps_of_a_mass_are_in_the_stated_error(
         assert report.worst
         assert true < 3 * report.worst.error
         assert report.worst.error < 3 * true or true > LARGE  # twice the steps are unstable
-        assert f"halve the step and that of {side} for" in str(report)
+        assert f"half the step and that of {side} would give" in str(report)
         assert not outcome.warnings or "unusable" in outcome.warnings[0]
 
 

@@ -159,7 +159,7 @@ def doubts(config: MorisonConfig, systems: Sequence[WaveSystem]) -> Iterator[str
     carried = [name for name, member in config.members.items() if member.body]
     if carried:
         yield (
-            f"{', '.join(carried)}: inertia, buoyancy and drag of these members are in here, "
+            f"note: {', '.join(carried)}: inertia, buoyancy and drag of these members are in here, "
             "unless they say otherwise; of a part that a hydrodynamics component has too, they "
             "count twice: give such members 'added_mass: 0, inertia: 0', and drag in one of the two"
         )

@@ -47,7 +47,7 @@ PROBLEM = ("message", "remedy", "file", "line", "column")
 INTERVAL = 1.0
 """Seconds between events of progress."""
 _COUNTING = re.compile(r"(\d+) of (\d+)$")
-_WARNING = re.compile(r"(^|: )warning\b")
+_STANDING = re.compile(r"(?:^|: )(warning|note)\b")
 _BAR = "tqdm"
 """The module of progress bars; before it is imported, there are none."""
 _FEW = 10
@@ -108,12 +108,12 @@ def logged(options: argparse.Namespace, command: Sequence[str]) -> Generator[Non
 def say(text: str) -> None:
     """Tell a line of progress: with --verbose, or on a terminal until the next line is told.
 
-    A warning is always told, and stays. Programs get one in so many of lines that count.
+    Warnings and notes are always told, and stay. Programs get one in so many of lines that count.
     """
     text = one_line(text)
     found = _COUNTING.search(text)
-    if _WARNING.search(text):
-        warn(text)
+    if standing := _STANDING.search(text):
+        (warn if standing[1] == "warning" else note)(text)
     elif _course.programs or _course.verbose:
         if not found or int(found[1]) % _FEW == 0:
             _tell(text)

@@ -325,7 +325,7 @@ def _library_is_there(tell: Tell) -> bool:
             return True
     except RunError as error:
         why = error.message
-    tell(f"Python FMUs instead of native ones: {why}")
+    tell(f"note: Python FMUs instead of native ones: {why}")
     return False
 
 

@@ -56,7 +56,7 @@ def test_a_bare_start_value_is_si_and_one_with_a_unit_is_converted(here, capsys)
 
 @pytest.mark.usefixtures("here")
 def test_simulate_tells_events_and_where_the_energy_went(capsys):
-    arguments = ["simulate", str(PENDULUM), "--stop-time", "5", "--no-plot"]
+    arguments = ["simulate", str(PENDULUM), "--stop-time", "5", "--no-plot", "--verbose"]
     assert main([*arguments, "--event", "body.lower.x", "--stop-at", "joint.elbow.u"]) == 0
     text = capsys.readouterr().out
     assert re.search(r"load\.elbow_damper\.work +-\d", text)
@@ -102,7 +102,7 @@ def test_draw_and_animate(here, capsys):
     told = capsys.readouterr().out
     for name in files:
         assert (here / name).stat().st_size > 5000
-        assert f"wrote {name}" in told
+        assert re.search(rf"wrote .*{re.escape(name)}", told)
 
 
 @pytest.mark.parametrize("dimensions", [2, 3])
@@ -151,7 +151,7 @@ def test_reports(here, capsys):
     """Of a simulation beside its results, of a run where it is asked for."""
     short = ["simulate", str(PENDULUM), "--stop-time", "0.5", "--no-plot"]
     assert main([*short, "--report"]) == 0
-    assert "wrote build/double_pendulum.report.html" in capsys.readouterr().out
+    assert "build/double_pendulum.report.html" in capsys.readouterr().out
     page = (here / "build/double_pendulum.report.html").read_text("utf-8")
     command = f"m4e-fmi simulate {PENDULUM} --stop-time 0.5 --no-plot --report"
     for text in (command, "energy balance closes to", PENDULUM.read_text("utf-8")[:60]):
@@ -171,7 +171,7 @@ def test_reports(here, capsys):
 
 def test_a_system_runs_from_its_file_and_from_its_package(here, capsys):
     system, short = str(FLEXIBLE / "system.yaml"), ["--stop-time", "0.1", "--step-size", "0.005"]
-    assert main(["run", system, *short, "--start-value", "body.M", "9e4"]) == 0
+    assert main(["run", system, *short, "--start-value", "body.M", "9e4", "--verbose"]) == 0
     text = capsys.readouterr().out
     for said in ("20 steps of 0.005 s", "largest coupling error", "body.end <-> line.end"):
         assert said in text
@@ -183,7 +183,7 @@ def test_a_system_runs_from_its_file_and_from_its_package(here, capsys):
     assert "wrote build/flexible_pendulum.ssp" in capsys.readouterr().out
     for command in (["run", "build/flexible_pendulum.ssp", *short],
                     ["info", "build/flexible_pendulum.ssp"]):  # fmt: skip
-        assert main(command) == 0
+        assert main([*command, *(["--verbose"] * (command[0] == "run"))]) == 0
         assert "body.end <-> line.end" in capsys.readouterr().out
 
 
@@ -203,7 +203,7 @@ def test_a_run_with_a_parameter_set_and_chosen_variables(here, capsys):
     short = ["--stop-time", "0.1", "--step-size", "0.005", "--output-file", "out.csv"]
     chosen = ["--variables", "body.M", "--variables", "body.point.*", "--parameters", "heavy.yaml"]
     assert main(["run", system, *short, *chosen]) == 0
-    assert "wrote out.csv" in capsys.readouterr().out
+    assert "wrote out.nc, out.csv, out.png\n" in capsys.readouterr().out
     header, first, *_ = (here / "out.csv").read_text().splitlines()
     assert header.startswith("time [s],body.M [kg],body.point.")
     assert first.startswith("0.0,80000.0,")

@@ -89,7 +89,7 @@ def test_checkpoints(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("s.yaml").write_text(SYSTEM.format(name="a", fmu=c_fmu("mass+state+bytes")))
-    lines(0, "run", "s.yaml", "--checkpoint-interval", "1", "--output-file", "r.nc")
+    lines(0, "run", "s.yaml", "--checkpoint-interval", "1", "--output-file", "r.nc", "--verbose")
     identity = {"recorded variables of a": "a\nerror: forged "}
     path = checkpoint_of("r.nc")
     write_checkpoint(path, replace(read_checkpoint(path).saved, identity=identity))

@@ -42,15 +42,17 @@ def config_of_file(
         if body.center_of_gravity is None:
             center = body.reference or (0.0, 0.0, 0.0)
             keys["center_of_gravity"] = list(center)
-            progress(f"the file has no centre of gravity of {body.name!r}: {center} is assumed")
+            progress(
+                f"note: no centre of gravity of {body.name!r} in the file: {center} is assumed"
+            )
         if not body.volume:
             masses = data.added_mass_inf if data.added_mass_inf is not None else data.added_mass[-1]
             own = masses.diagonal()[6 * k : 6 * k + 3]
             volume = max(float(own.max()), float(np.finfo(float).tiny))
             keys["volume"] = volume
             progress(
-                f"the file has no displaced volume of {body.name!r}: {volume:.4g} m3, its largest "
-                "added mass, is assumed, to see how far its memory reaches"
+                f"note: no displaced volume of {body.name!r} in the file: {volume:.4g} m3, its "
+                "largest added mass, is assumed, to see how far its memory reaches"
             )
         bodies[name if re.match(r"[A-Za-z_]", name) else f"body{k + 1}"] = keys
     water = {} if depth is None else {"depth": depth}

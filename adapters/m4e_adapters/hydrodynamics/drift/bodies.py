@@ -56,8 +56,8 @@ def matched(
     if around is not None:
         return Directed(table.omega, table.motions, around)
     tell(
-        f"{table.name}: its directions are not all around in equal steps of {WIDEST:g} deg or "
-        "less: those of the waves are fixed"
+        f"note: {table.name}: its directions are not all around in equal steps of {WIDEST:g} deg "
+        "or less: those of the waves are fixed"
     )
     places = [[_row(table, beta) for beta in _directions(own, heading)] for own in systems]
     return FixedDrift(
@@ -131,8 +131,8 @@ def _check_frequencies(table: MeanDrift | Qtf, systems: Sequence[WaveSystem], te
         )
     if below + above > 0.0:
         tell(
-            f"{span}: {below:.2g} of the waves' energy is below, where drift falls as the fourth "
-            f"power of the frequency, {above:.2g} above, where it keeps its last value"
+            f"note: {span}: {below:.2g} of the waves' energy is below, where drift falls as the "
+            f"fourth power of the frequency, {above:.2g} above, where it keeps its last value"
         )
 
 

@@ -73,7 +73,7 @@ def found(key: str, progress: Callable[[str], object]) -> dict[str, np.ndarray] 
     except FileNotFoundError:
         return None
     except (_DamagedError, OSError) as error:
-        progress(f"coefficients in the cache cannot be used and are computed again: {error}")
+        progress(f"note: coefficients in the cache cannot be used and are computed again: {error}")
         return None
 
 
@@ -88,7 +88,7 @@ def keep(key: str, arrays: Mapping[str, np.ndarray], progress: Callable[[str], o
         with written(path) as part:
             part.write_bytes(_hash(key, content) + content)
     except RunError as error:
-        progress(f"the coefficients are not cached: {error.message}")
+        progress(f"note: the coefficients are not cached: {error.message}")
 
 
 def _path(key: str) -> Path:

@@ -80,7 +80,7 @@ def fit_radiation(
     radiating = {motion // data.per_body for motions in coupled for motion in motions}
     for k, name in enumerate(data.bodies):
         if k not in radiating:
-            progress(f"body {name!r} has no radiation memory: it makes almost no waves")
+            progress(f"note: body {name!r} has no radiation memory: it makes almost no waves")
     for motions in coupled:
         if convolution:
             group = convolved_group(data, motions, signal, sound, reach=reach)

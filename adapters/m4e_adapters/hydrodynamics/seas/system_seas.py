@@ -93,7 +93,7 @@ class SystemWaves:
 def lines_on(waves: Sequence[WaveSystem]) -> Iterator[str]:
     """Lines of a build on `waves` as configured: notes and warnings."""
     for system in waves:
-        yield from system.notes
+        yield from (f"note: {text}" for text in system.notes)
         yield from (f"warning: {text}" for text in system.doubts({}))
 
 

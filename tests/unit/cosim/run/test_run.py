@@ -29,7 +29,7 @@ from m4e_fmi.cosim import (
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.importer.opening import Unpacked
 from m4e_fmi.model import load_model
-from m4e_fmi.report.text.summaries import run_summary
+from m4e_fmi.report.text.summaries import run_text
 
 
 def test_calculated_parameters_reach_parameters_in_order(c_fmu: Fmus) -> None:
@@ -96,7 +96,7 @@ def test_a_coupling_that_is_all_wrong_is_warned_of(
     system = System("s", (a, b), ("a.m <-> b.end",), settings)
     outcome = run(system, results=tmp_path / "r.nc", warn=told.append)
     notes = outcome.results().attributes.get("notes", "")
-    for text in (run_summary(outcome), "\n".join(outcome.warnings), "\n".join(told), notes):
+    for text in (run_text(outcome), "\n".join(outcome.warnings), "\n".join(told), notes):
         assert ("the results are unusable" in text) == warned
 
 

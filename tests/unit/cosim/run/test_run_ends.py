@@ -22,7 +22,7 @@ from m4e_fmi.cosim import (
     save_system,
 )
 from m4e_fmi.cosim.run.run import Observer
-from m4e_fmi.report.text.summaries import run_summary
+from m4e_fmi.report.text.summaries import run_text
 from m4e_fmi.signals import Terminated
 
 
@@ -145,4 +145,4 @@ def test_a_folder_that_is_renamed_during_the_run(
     assert outcome.path == folder / "r.nc"
     assert len(outcome.results().time) == 11
     assert {path.name for path in folder.iterdir()} == {"r.nc", "r.csv"}
-    assert f"warning: {folder} was renamed or removed during the run" in run_summary(outcome)
+    assert f"warning: {folder} was renamed or removed during the run" in run_text(outcome)

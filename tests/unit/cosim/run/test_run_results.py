@@ -21,7 +21,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.results.writer import LEAST_ROWS
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.report.text.summaries import run_summary
+from m4e_fmi.report.text.summaries import run_text
 from m4e_fmi.signals import Terminated
 
 SHORT = Simulation(1, 0.1)
@@ -64,7 +64,7 @@ def test_an_error_at_the_end_is_a_message_and_the_results_are_whole(
     outcome = run(given, results=tmp_path / "r.nc")
     (message,) = outcome.messages
     assert str(message) == "a, error at t = 1 s: fmi2Terminate answered Error"
-    assert "fmi2Terminate answered Error" in run_summary(outcome)
+    assert "fmi2Terminate answered Error" in run_text(outcome)
     assert len(outcome.results().time) == 11
 
 
@@ -154,7 +154,7 @@ def test_a_run_without_an_estimate_has_the_same_values_and_says_so(
     outcome = run(given, results=tmp_path / "r.nc", certify=False)
     reason = "it was not estimated, as asked (certify, --no-certify)"
     assert outcome.certificate == reason
-    assert f"coupling error not known: {reason}" in run_summary(outcome)
+    assert f"coupling error not known: {reason}" in run_text(outcome)
     found = outcome.results()
     assert found.attributes["coupling_error"] == f"not known: {reason}"
     assert "coupling_error_from" not in found.attributes

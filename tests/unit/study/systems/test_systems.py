@@ -124,7 +124,7 @@ def test_the_coupling_error_is_the_one_that_a_single_run_tells() -> None:
     switch = CouplingError("a -> b", Port("a", "y"), 1.0, 0.5, 20.0, switched=True)
     motion = CouplingError("b -> a", Port("b", "x"), 0.02, 0.01, 1.0)
     report = CouplingErrorReport((switch, motion))
-    assert str(report).startswith("largest coupling error 2.0e-02")
+    assert str(report).startswith("largest coupling error 2 % of the range of 1, at b.x")
     assert coupling_error_of(report) == (0.02, "b.x")
     assert math.isnan(coupling_error_of("not known")[0])
 
