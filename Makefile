@@ -22,7 +22,8 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: demo test check verify lint docs bench platforms setup clean
 
 demo: setup
-	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
+	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml --report
+	@echo "next: $(BIN)/m4e-fmi study examples/power_matrix/study.yaml --report (mean power by sea state)"
 
 test: setup lint
 	$(BIN)/pytest -n $(JOBS) --dist worksteal

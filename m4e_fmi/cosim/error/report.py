@@ -20,7 +20,7 @@ import numpy as np
 from m4e_fmi.cosim.network.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.wiring.links import Port
-from m4e_fmi.shown import short
+from m4e_fmi.shown import first_of, short
 
 LEAST_RANGE = 1e-9
 """Below this share of the largest, the range of an output without unit may be noise."""
@@ -174,10 +174,10 @@ class CouplingErrorReport:
         found = dict.fromkeys(e.source for e in self.errors if e.switched)
         if not found or (self.worst and self.worst.switched):
             return ""
-        first, *more = map(str, found)
-        others = f" and {len(more)} more" if more else ""
-        verb = "switch" if more else "switches"
-        return f"; {first}{others} {verb} a step earlier or later: wrong there by the whole jump"
+        verb = "switch" if len(found) > 1 else "switches"
+        return (
+            f"; {first_of(found, 1)} {verb} a step earlier or later: wrong there by the whole jump"
+        )
 
 
 def share_text(share: float) -> str:

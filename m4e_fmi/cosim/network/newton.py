@@ -20,6 +20,7 @@ from m4e_fmi.cosim.wiring.links import PLAIN, Link, Port
 from m4e_fmi.cosim.wiring.structure import AlgebraicLoop, Transfer
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import is_singular
+from m4e_fmi.shown import first_of
 
 TOLERANCE = 1e-9
 """Residual over the size of its variable at which an iteration has converged."""
@@ -226,10 +227,7 @@ class LoopEquations(Restorable):
 
     @property
     def _names(self) -> str:
-        ports = list(dict.fromkeys(link.target for link in self.links))
-        more = len(ports) - MOST_NAMED
-        named = ", ".join(map(str, ports[:MOST_NAMED]))
-        return f"{named} and {more} more" if more > 0 else named
+        return first_of(dict.fromkeys(link.target for link in self.links), MOST_NAMED)
 
     def check_regular(self) -> None:
         """RunError if the loop is singular at its solution, so that there are others."""

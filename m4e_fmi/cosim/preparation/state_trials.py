@@ -39,6 +39,7 @@ from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL, TYPES
 from m4e_fmi.fmu.importer.worker import Host
+from m4e_fmi.shown import first_of
 from m4e_fmi.signals import not_lost
 
 BEFORE, REPEATED = 2, 4
@@ -287,5 +288,4 @@ def _named(different: Sequence[str]) -> str:
     """The fault of these outputs in words; empty without any."""
     if not different:
         return ""
-    more = f" and {len(different) - 3} more" if len(different) > 3 else ""
-    return f"steps repeated after rollback give another {', '.join(different[:3])}{more}"
+    return f"steps repeated after rollback give another {first_of(different, 3)}"

@@ -27,6 +27,7 @@ from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene_text import carried
 from m4e_fmi.report.run_report.record import FlowEnergy, RecordEnd, StatedError, carried_record
 from m4e_fmi.results.results_file import AT_STOP, as_given, check_export, export, stream_of
+from m4e_fmi.shown import first_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
 MOST_NAMED = 3
@@ -274,11 +275,10 @@ def _network_notes(run: Run) -> Iterator[str]:
             )
     yield from run.time_loop.position.switches.notes
     for name, outputs in network.lost.items():
-        more = len(outputs) - MOST_NAMED
-        named = ", ".join(outputs[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
         yield (
-            f"{name}: setting inputs, even to the values that they have, changes {named} by "
-            "more than its noise: the values straight after its steps count"
+            f"{name}: setting inputs, even to the values that they have, changes "
+            f"{first_of(outputs, MOST_NAMED)} by more than its noise: the "
+            "values straight after its steps count"
         )
     if rough := network.roughness:
         yield (

@@ -23,6 +23,7 @@ from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Port, Wiring
 from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.shown import first_of
 
 IDLE = re.compile(r"(body|point|joint)\..+\.(force|moment|effort)(_[xyz]|[123])?(\[.*\])?")
 SHOWN = 4
@@ -136,11 +137,10 @@ def _fed_by_nobody(description: Description, ports: list[Port]) -> str:
             f"{ports[0].component}.{name} is connected to nothing and runs on its start value "
             f"{value}: connect it, or set it under start: if that is meant"
         )
-    shown = ", ".join(f"{name} ({value})" for name, value in list(names.items())[:SHOWN])
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    shown = first_of((f"{name} ({value})" for name, value in names.items()), SHOWN)
     return (
         f"{ports[0].component}: {len(names)} inputs are connected to nothing and run on their "
-        f"start values, {shown}{more}: connect them, or set them under start: if that is "
+        f"start values, {shown}: connect them, or set them under start: if that is "
         "meant"
     )
 

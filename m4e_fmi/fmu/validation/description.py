@@ -15,9 +15,10 @@ from m4e_fmi.fmu.importer.elements import FmpyDescription
 from m4e_fmi.fmu.importer.flaws import Flaw, flaws, undefined_units
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
 from m4e_fmi.fmu.importer.reading import fmpy_message
-from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.findings import SHOWN, Finding
 from m4e_fmi.fmu.validation.subject import CLASSES, FmuUnderTest, TooLargeError
 from m4e_fmi.fmu.validation.variables import check_units, check_variables
+from m4e_fmi.shown import first_of
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _NOT_LOADED = ("library.identifier", "library.missing")
@@ -98,7 +99,7 @@ def _library(subject: FmuUnderTest) -> Iterator[Finding]:
             message = f"cannot run here: there is no binaries/{platform}/{library.name}"
             remedy = f"platforms in it: {', '.join(there) or 'none'}"
             if others:
-                remedy = f"there is {some(others)}: its name must be the modelIdentifier"
+                remedy = f"there is {first_of(others, SHOWN)}: its name must be the modelIdentifier"
             elif any((subject.folder / "sources").glob("**/*.c")):
                 remedy += "; sources are enough for the standard, but have to be compiled first"
             yield Finding("library.missing", "error", message, remedy)

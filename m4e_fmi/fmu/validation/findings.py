@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from m4e_fmi.shown import listing, short
+from m4e_fmi.shown import first_of, listing, short
 
 Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
@@ -142,10 +142,4 @@ def about(
     names = list(dict.fromkeys(names))
     if names:
         text = message.format(count=len(names))
-        yield Finding(id_, severity, f"{text}: {some(names)}", basis)
-
-
-def some(names: Sequence[str]) -> str:
-    """The first few of `names`, and how many there are more."""
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
+        yield Finding(id_, severity, f"{text}: {first_of(names, SHOWN)}", basis)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.analysis.comparison.measures import SCALES
 from m4e_fmi.analysis.decay.notes import decay_notes
-from m4e_fmi.shown import columns, one_line
+from m4e_fmi.shown import columns, first_of, one_line
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.comparison import Comparison, Difference
@@ -152,8 +152,7 @@ def difference_text(found: Comparison) -> str:
     notes = [*found.notes]
     for names, where in ((found.only_here, found.path), (found.only_there, found.reference)):
         if names:
-            rest = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-            notes.append(f"only in {where.name}: {', '.join(names[:MOST_NAMES])}{rest}")
+            notes.append(f"only in {where.name}: {first_of(names, MOST_NAMES)}")
     lines += ["", *(f"note: {one_line(note)}" for note in notes)] if notes else []
     lines += ["", _verdict(found)] if found.tolerance is not None else []
     return "\n".join(lines)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from m4e_fmi.cosim.error.report import share_text
 from m4e_fmi.report.panels import aligned
 from m4e_fmi.shown import columns
 from m4e_fmi.study.given.study import Wanted
@@ -20,10 +21,12 @@ MOST_ROWS = 40
 
 
 def summary(outcome: StudyOutcome) -> str:
-    """All that matters of a study that has ended."""
+    """Results of a study that has ended, then doubts, then how it was made."""
     study, count = outcome.study, outcome.study.grid.count
     made = count - outcome.kept
     kept = f", {outcome.kept} kept from before" if outcome.kept else ""
+    results = [line for wanted in study.wanted for line in (*_of(outcome, wanted), "")]
+    doubts = [*_failures(outcome), *warning_lines(outcome.warnings), *_worst(outcome)]
     lines = [f"{study.name}: {count} runs, {made} made{kept}, in {outcome.wall_time:.1f} s"]
     lines += [f"  {note}" for note in outcome.notes]
     lines += [f"  {study.grid.covered}"] if study.grid.covered else []
@@ -32,10 +35,7 @@ def summary(outcome: StudyOutcome) -> str:
         lines += [f"  statistics leave out {left_out(outcome.data['start_up'].values, how)}"]
         rows = outcome.data.attrs["rows"]
         lines += [f"  statistics are of rows {rows}: extremes between them are not seen"]
-    for wanted in study.wanted:
-        lines += ["", *_of(outcome, wanted)]
-    lines += ["", *_worst(outcome), *_failures(outcome), *warning_lines(outcome.warnings)]
-    return "\n".join(lines).rstrip()
+    return "\n".join([*results, *doubts, *lines])
 
 
 def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
@@ -131,8 +131,8 @@ def _worst(outcome: StudyOutcome) -> Iterator[str]:
     run = int(np.nanargmax(errors))
     record = outcome.records[run]
     yield (
-        f"largest coupling error {record.coupling_error:.1e} of range, at {record.coupling_at}, in "
-        f"the run of {outcome.study.grid.label(run)}"
+        f"largest coupling error {share_text(record.coupling_error)} of range, at "
+        f"{record.coupling_at}, in the run of {outcome.study.grid.label(run)}"
     )
 
 

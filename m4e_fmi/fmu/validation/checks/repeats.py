@@ -11,9 +11,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.findings import SHOWN, Finding
 from m4e_fmi.fmu.validation.probe import Context, Probe, RefusedError
 from m4e_fmi.fmu.validation.subject import scale, start, within
+from m4e_fmi.shown import first_of
 
 STEPS = 5
 BASIS = "FMI 2.0.4, section 2.1.8"
@@ -55,7 +56,7 @@ def _differences(
     for row, (a, b) in enumerate(zip(one, other, strict=True)):
         if a.tobytes() != b.tobytes():
             places = np.flatnonzero(a.view(np.uint64) != b.view(np.uint64))
-            names = some([context.subject.readable[k].name for k in places])
+            names = first_of((context.subject.readable[k].name for k in places), SHOWN)
             text = message.format(row=row, steps=len(one) - 1, names=names)
             yield Finding(id_, "error", text, basis)
             return

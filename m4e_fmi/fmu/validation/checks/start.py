@@ -10,7 +10,7 @@ import numpy as np
 
 from m4e_fmi.fmu.importer.messages import ERROR
 from m4e_fmi.fmu.importer.opening import remedy_for
-from m4e_fmi.fmu.validation.findings import Finding, about, some
+from m4e_fmi.fmu.validation.findings import SHOWN, Finding, about
 from m4e_fmi.fmu.validation.probe import (
     FACTS,
     Context,
@@ -19,6 +19,7 @@ from m4e_fmi.fmu.validation.probe import (
     refused,
 )
 from m4e_fmi.fmu.validation.subject import CLASSES, WRITTEN, scale, start
+from m4e_fmi.shown import first_of
 
 STEPS = 10
 AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
@@ -82,7 +83,9 @@ def _version(context: Context) -> tuple[str, str]:
     dll = context.loaded(exchange=context.subject.exchanges).library
     names = {n for one in classes for n in dir(one) if n.startswith(f"fmi{raw.fmiVersion[0]}")}
     if missing := sorted(name for name in names if not hasattr(dll, name)):
-        raise AttributeError(f"it does not export {some(missing)}, as all libraries have to")
+        raise AttributeError(
+            f"it does not export {first_of(missing, SHOWN)}, as all libraries have to"
+        )
     context.journal("GetVersion()")
     if context.subject.fmi_3:
         return _text(dll.fmi3GetVersion()), "default"

@@ -59,7 +59,7 @@ def test_its_fmu_says_that_a_value_is_missing(
     buoy: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["build", str(buoy), "--build-folder", str(buoy.parent)]) == 0
-    assert f"note: {MASS} has no value" in capsys.readouterr().out
+    assert f"note: {MASS} has no value" in capsys.readouterr().err
 
 
 def test_from_python() -> None:
