@@ -69,6 +69,14 @@ class EigenvalueSensitivity:
         with np.errstate(invalid="ignore"):
             return (eigenvalues.conj() * self.values).real / np.abs(eigenvalues)
 
+    @property
+    def damping_ratios(self) -> Floats:
+        """d(−Re λ_k/|λ_k|) / d by[j], shape (modes, by) [1 by the unit of by]."""
+        eigenvalues = self.modes.eigenvalues[:, None]
+        with np.errstate(invalid="ignore"):
+            share = eigenvalues.real * self.frequencies / np.abs(eigenvalues)
+            return (share - self.values.real) / np.abs(eigenvalues)
+
     def __repr__(self) -> str:
         title = f"EigenvalueSensitivity of {len(self.modes.eigenvalues)} eigenvalues"
         return listing(title, by=self.by)
@@ -97,7 +105,8 @@ class Sensitivities:
             self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))  # pyrefly: ignore[possibly-uninitialized-attribute]
 
     @cached_property
-    def _linearizer(self) -> Linearizer:
+    def linearizer(self) -> Linearizer:
+        """The linear equations whose eigenvalues are derived."""
         return Linearizer(self.program)
 
     @property
@@ -116,13 +125,13 @@ class Sensitivities:
     def of_eigenvalues(self, at: At = None, *, time: float | None = None) -> EigenvalueSensitivity:
         """Of the eigenvalues of A at a point; by dA/dp, exact second derivatives."""
         point = operating_point(self.program, at, time=time, model=self._model)
-        found = modes(self._linearizer.at(point))
+        found = modes(self.linearizer.at(point))
         names = [v.name for v in self.by]
         shift = self._shift(point)
         columns = []
         for j, unit in enumerate(np.eye(len(names))):
             direction = dict(zip([*names, *self._moved], [*unit, *shift[:, j]], strict=True))
-            change = self._linearizer.change(point, direction)
+            change = self.linearizer.change(point, direction)
             columns.append(np.einsum("ik,ij,jk->k", found.left.conj(), change, found.right))
         values = np.array(columns).T.reshape(len(found.eigenvalues), len(names))
         values[_repeated(found)] = np.nan
