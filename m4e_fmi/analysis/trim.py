@@ -183,6 +183,10 @@ class _Search:
         self._modes, self._names = modes, [*of, *map(str, modes)]
         self._balance = Balance(program)
         self._is_measured = bool(local_parts(program))
+        self._has_unknown_slopes = self._is_measured and bool(modes)
+        self._close = np.array(
+            [ACCURACY] * len(of) + [ROUNDING if self._is_measured else ACCURACY] * len(modes)
+        )
         self._slopes = Sensitivities(program, of=of, by=by, moving=True)
         self._values = Evaluation(observed(self._slopes.program, of))
         smallest = [0.0 if name.endswith("[Hz]") else 1.0 for name in self._names]
@@ -227,25 +231,30 @@ class _Search:
         low, high = np.array(limits).T
         point = self._at_rest(start)
         self._check_modes(point)
-        off = self._off(point)
+        off, slopes = self._off(point), self._slopes_at(point)
         for _ in range(MOST_STEPS):
-            if np.max(np.abs(off)) <= ACCURACY:
+            if (np.abs(off) <= self._close).all():
                 return point
             now = np.array([point.values[name] for name in self._by])
-            step, part = self._step(point, off), 1.0
+            step, part = self._step(point, slopes, off), 1.0
             while True:
                 values = np.clip(now + part * step, low, high)
                 ahead = self._settled(point, values)
                 if ahead is not None:
                     left = self._off(ahead)
+                    slopes = self._corrected(slopes, values - now, off - left)
                     if np.linalg.norm(left) <= (1.0 - part / 4.0) * np.linalg.norm(off):
                         break
+                    if self._has_unknown_slopes and np.isfinite(left).all():
+                        step = self._step(point, slopes, off)
                 part /= 2.0
                 if part < SHORTEST:
                     if self._is_measured and np.max(np.abs(off)) <= ROUNDING:
                         return point
                     raise self._lost(point)
             point, off = ahead, left
+            if not self._has_unknown_slopes:
+                slopes = self._slopes_at(point)
         raise self._lost(point)
 
     def _at_rest(self, start: OperatingPoint) -> OperatingPoint:
@@ -283,15 +292,31 @@ class _Search:
                     message, "`m4e-fmi linearize` shows which do; start with less damping"
                 )
 
-    def _step(self, point: OperatingPoint, off: np.ndarray) -> np.ndarray:
-        """The change of the parameters (n,), in SI."""
+    def _slopes_at(self, point: OperatingPoint) -> np.ndarray:
+        """Derivatives (n, n) of the values, over their sizes, by the parameters, in SI."""
         slopes = self._slopes.at(point).values
         if self._modes:
-            found = self._slopes.of_eigenvalues(point)
+            found = self._slopes.of_eigenvalues(point, grouped=True)
             slopes = np.vstack([slopes, *(mode.slopes(found) for mode in self._modes)])
         slopes = slopes / self._sizes[:, None]
         if not np.isfinite(slopes).all():
             raise self._lost(point, "modes of one frequency there have no derivatives")
+        return slopes
+
+    def _corrected(self, slopes: np.ndarray, moved: np.ndarray, gained: np.ndarray) -> np.ndarray:
+        """`slopes` (n, n) that fit the last step, if laws that are measured change in it.
+
+        Parameters have `moved` (n,), in SI, by which the values, over their sizes, have `gained`
+        (n,): C. G. Broyden, "A class of methods for solving nonlinear simultaneous equations",
+        Math. Comp. 19 (1965), pp. 577–593.
+        """
+        along = np.sum(slopes**2, axis=0) * moved
+        if not (self._has_unknown_slopes and np.isfinite(gained).all() and along @ moved > 0.0):
+            return slopes
+        return slopes + np.outer(gained - slopes @ moved, along) / (along @ moved)
+
+    def _step(self, point: OperatingPoint, slopes: np.ndarray, off: np.ndarray) -> np.ndarray:
+        """The change of the parameters (n,), in SI."""
         columns = np.linalg.norm(slopes, axis=0)
         columns[columns == 0.0] = 1.0
         shares = np.linalg.svd(slopes / columns, compute_uv=False)

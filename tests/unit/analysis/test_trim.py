@@ -198,3 +198,17 @@ def test_modes_that_cannot_be(such_that: dict[str, float | str], said: str) -> N
 def test_a_mode_that_does_not_oscillate() -> None:
     with pytest.raises(RunError, match="mode 1 does not oscillate"):
         trimmed(sprung(), such_that={"mode 1": "1 Hz"}, vary=["k2"], at={"c": 1e3})
+
+
+def test_frequencies_that_stay_equal() -> None:
+    """Two equal oscillators: neither mode has a derivative, but both move together."""
+    rail = Joint("prismatic", "one", direction=(1.0, 0.0))
+    pair = Model(
+        "pair",
+        {name: Body(2.0, 1.0) for name in ("one", "two")},
+        {"one": rail, "two": replace(rail, child="two")},
+        parameters={"k": Parameter(3.0, "N/m")},
+        loads={name: JointEffort(name, f"-k*joint.{name}.q") for name in ("one", "two")},
+    )
+    point = trimmed(pair, such_that={"mode 2": "1 Hz"}, vary=["k"])
+    assert point["k"] == pytest.approx(8.0 * math.pi**2, rel=1e-9)
