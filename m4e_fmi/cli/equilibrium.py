@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import note, show_result
+from m4e_fmi.cli.shared.log import add_log, note, show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
@@ -55,6 +55,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument("--time", type=finite, default=0.0, metavar="S", help="default 0 s")
     add_options(command, "--start-value")
     command.add_argument("--json", action="store_true", help="print all values as JSON")
+    add_log(command)
     command.set_defaults(command=_run)
 
 
