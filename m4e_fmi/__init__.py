@@ -108,9 +108,9 @@ _MODULES = {
     "fmu": ("build_fmu", "read_description", "validate_fmu"),
     "model": ("Model", "load_model"),
     "multibody": ("Equations", "model_program"),
-    "results.results_file": ("load",),
     "simulate": ("simulate",),
     "study": ("load_study", "study", "write_report"),
+    "results.results_file": ("load",),
 }
 # the package `simulate` is its verb, too
 __getattr__, __dir__ = lazy(__name__, _MODULES)

@@ -22,6 +22,7 @@ from m4e_fmi.cli.shared.log import (
 from m4e_fmi.cli.shared.options import (
     add_options,
     animation_file,
+    is_fmu,
     load_system,
     output_file,
     report_file,
@@ -36,7 +37,9 @@ if TYPE_CHECKING:
 
 def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `run`."""
-    command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
+    command.add_argument(
+        "system", type=Path, help="a system file (YAML), package (.ssp), or an FMU"
+    )
     _add_course(command)
     _add_modes(command)
     add_options(command, "--animate", "--report", "--no-plot")
@@ -145,6 +148,10 @@ def _system(options: argparse.Namespace) -> System:
     times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
     settings = {key: getattr(options, key) for key in times}
     given = start_values(options)
+    if is_fmu(options.system):  # names of its variables may do without it
+        owner = f"{system.components[0].name}."
+        given = {owner + name.removeprefix(owner): value for name, value in given.items()}
+        options.variables = [owner + name.removeprefix(owner) for name in options.variables]
     return system.changed(start=given, origin="command line", **settings)
 
 

@@ -44,7 +44,9 @@ if TYPE_CHECKING:
 
 def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `simulate`."""
-    command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
+    command.add_argument(
+        "model", type=Path, help=f"{MODEL_OR_SYSTEM}; or an FMU, with the options of run"
+    )
     add_options(command, "--open", "--settled", "--build-folder")
     for flag, text in (("--stop-time", "10 s"), ("--output-interval", "0.01 s")):
         command.add_argument(

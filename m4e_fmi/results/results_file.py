@@ -60,7 +60,7 @@ FORMAT_NUMBER = 1
 WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
 AT_STOP = "at the stop time"
 """How a run has ended that was complete."""
-OF_A_STUDY = "it is the result of a study: `xarray.open_dataset` reads it"
+OF_A_STUDY = "it is the result of a study: `m4e_fmi.load` reads it"
 _READ = 2**28
 """Bytes that are read at once of a netCDF-4 file, about."""
 _SMALLER = "read parts of it with netCDF4 or xarray, or record less: output_interval, --variables"
@@ -157,7 +157,17 @@ class Results:
         )
 
 
-def load(path: str | Path) -> Results:
+def load(path: str | Path) -> Results | xarray.Dataset:
+    """The results in a file of a run or a simulation (`load_results`), or a study's dataset."""
+    if not is_of_study(as_path(path)):
+        return load_results(path)
+    import xarray
+
+    with PROCESS:
+        return xarray.load_dataset(path, engine="netcdf4", decode_timedelta=False)
+
+
+def load_results(path: str | Path) -> Results:
     """The results in a file that a run or a simulation has written.
 
     Of a run that goes on or was killed: all rows that had reached the disk, each of them complete.
