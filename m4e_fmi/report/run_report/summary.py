@@ -17,7 +17,7 @@ WARNING = "warning: "
 
 
 def figures(results: Results) -> str:
-    """What ran, and its headline figures as cards."""
+    """The description of the system, and its headline figures as cards."""
     comment = results.attributes.get("comment", "")
     found = cards((one.name, one.value, one.detail) for one in headlines(results))
     return (paragraph(comment) if comment else "") + found
