@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of texts that spreadsheets take for formulas."""
+OF_WAVES = "power of the waves per metre of crest, the sum of ρ g a² c_g/2 over their components"
 Label = tuple[str, str]
 """Unit and description."""
 
@@ -48,7 +49,8 @@ class Work:
     Both have an entry for each point of the grid, "" and nan for those that are not run. `start_up`
     (n_points,) [s] is the time from which on rows count. `inputs` are files as they are before the
     first run. `records` makes the runs of some numbers.
-    `rows` tells which rows statistics are of.
+    `rows` tells which rows statistics are of. `wave_power` (n_points,) [W/m] is that of the waves
+    per metre of crest, in `water` of a depth and a density; empty if it is not known of any run.
     """
 
     study: Study
@@ -60,6 +62,8 @@ class Work:
     notes: Sequence[str]
     records: Make = field(repr=False)
     rows: str
+    wave_power: Sequence[float] = field(default=(), repr=False)
+    water: str = ""
 
 
 def rows_text(intervals: Sequence[float | None]) -> str:
@@ -78,11 +82,13 @@ def dataset(
     *,
     start_up: Sequence[float],
     attributes: Mapping[str, str],
+    wave_power: Sequence[float] = (),
+    water: str = "",
 ) -> xarray.Dataset:
     """One data set of all points of the grid; nan where a run failed, and where none is made.
 
     `records` are those of the points, in order; `start_up` (n_points,) [s] is the time from which
-    on the rows of each run count.
+    on the rows of each run count; `wave_power` and `water` are those of `Work`.
     """
     import xarray
 
@@ -118,6 +124,7 @@ def dataset(
         ),
         ("wall_time", [r.wall_time for r in records], "s", "time that the run took"),
         ("start_up", start_up, "s", "rows from this time on count in statistics"),
+        *([("wave_power", wave_power, "W/m", f"{OF_WAVES}, in {water}")] if water else []),
     ):
         found[name] = _variable(names, np.array(values, dtype=float).reshape(shape), unit, text)
     failures = np.array([_valid(r.failure) for r in records], dtype=object).reshape(shape)

@@ -125,7 +125,10 @@ def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None
     attributes = {"source": str(study.source), "start_up": told, "rows": work.rows, **record}
     return StudyOutcome(
         study=study,
-        data=dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes),
+        data=dataset(
+            study, records, work.labels, start_up=work.start_up, attributes=attributes,
+            wave_power=work.wave_power, water=work.water,
+        ),
         path=path,
         records=tuple(records),
         failures={k: r.failure for k, r in enumerate(records) if r.failure},
@@ -133,7 +136,7 @@ def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None
         notes=notes,
         kept=kept,
         wall_time=math.nan,
-    )
+    )  # fmt: skip
 
 
 def _records(

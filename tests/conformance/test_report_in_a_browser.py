@@ -115,8 +115,10 @@ def test_the_animation_stays_in_view_beside_the_plots(
     for place in (0, 600, 1500):
         page.value(f"scrollTo(0, {place})")
         assert page.value(seen)
-    page.value("document.querySelector('.dock').click(); scrollTo(0, 0)")
+    page.value("document.querySelector('.dock').click()")
     assert not page.value(seen)
+    page.value("scrollTo(0, 0)")
+    assert page.value(seen)  # the page opens with it
     assert page.complaints == []
 
 
@@ -245,7 +247,10 @@ def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Result
         page.value("report.spectra.draw()")
         settled(page)
         assert page.value("document.documentElement.scrollWidth") == 420
-        # the system is shown in a size that can be read, and moves within its frame
+        # the system is folded, and shown in a size that can be read, which moves within its frame
+        assert not page.value("document.querySelector('.picture').checkVisibility()")
+        page.value("location.hash = '#system'")
+        settled(page)
         assert page.value("document.querySelector('.picture').clientWidth") > 700
         page.value("report.flows.draw()")
         settled(page)

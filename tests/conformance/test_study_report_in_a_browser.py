@@ -50,12 +50,20 @@ def mean(i: int, j: int, k: int) -> float:
 
 def test_a_map_has_means_and_marks_what_failed(shown: Page, sea: Path) -> None:
     page = shown
-    heat, failed = traces(page, "type, z, x, y, text, customdata, name")
+    heat, written, failed = traces(page, "type, z, x, y, text, customdata, name, textfont")
     assert heat["type"] == "heatmap"
     assert np.shape(heat["z"]) == (3, 4)  # Hs up, Tp across
     assert heat["z"][0][1] == pytest.approx(mean(0, 1, 0) / 1e3)
     assert heat["z"][2][0] is None
-    assert heat["text"][2][1].endswith("*")
+    texts = dict(zip(zip(written["x"], written["y"], strict=True), written["text"], strict=True))
+    assert texts[1, 2].endswith("*")
+    assert set(texts) == {(i, j) for i in range(4) for j in range(3)} - {(0, 2)}
+    colours = written["textfont"]["color"]
+    values = [heat["z"][j][i] for i, j in texts]
+    assert colours[int(np.argmin(values))] == "#ffffff"  # on the dark end
+    assert colours[int(np.argmax(values))] == "#000000"
+    head = page.value("document.querySelector('#results .panel strong').textContent")
+    assert head == "mean_power [kW]"
     assert "±" in heat["customdata"][0][1][0]
     assert "3 of 3 runs" in heat["customdata"][0][1][0]
     assert (failed["name"], failed["x"], failed["y"]) == ("failed", [0], [2])

@@ -39,6 +39,7 @@ def written(
     *,
     series: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
+    wave_power: Sequence[float] = (),
 ) -> Path:
     """The result file of a study with these records."""
     source = folder / "x.model.yaml"
@@ -58,7 +59,13 @@ def written(
     )
     starts = [30.0] * grid.count
     found = dataset(
-        study, records, labels, start_up=starts, attributes={"start_up": "30 s", **kept}
+        study,
+        records,
+        labels,
+        start_up=starts,
+        attributes={"start_up": "30 s", **kept},
+        wave_power=wave_power,
+        water="50 m of water" if wave_power else "",
     )
     path = folder / "study.nc"
     write_dataset(found, path)

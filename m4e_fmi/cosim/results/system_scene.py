@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 from m4e_fmi.cosim.preparation.components import expected_descriptions
@@ -15,7 +16,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import Description
 from m4e_fmi.model import load_model
 from m4e_fmi.report.animation.of_parts import PartScenes
-from m4e_fmi.report.animation.scene import Followed, Scene, Value
+from m4e_fmi.report.animation.scene import Followed, Scene, Value, Water
 from m4e_fmi.report.animation.shown import Shown
 
 
@@ -55,6 +56,17 @@ def scene_without_build(system: System) -> Scene | None:
     known = tuple(c for c in system.components if c.name in descriptions)
     part = replace(system, components=known)
     return system_scene(part, descriptions, connect(part, descriptions))
+
+
+def waters(system: System, descriptions: Mapping[str, Description]) -> Iterator[Water]:
+    """The water that each component shows, with its waves as they are at the start."""
+    for component in system.components:
+        source = component.source
+        if isinstance(source, Kind):
+            starts = _starts(component, descriptions[component.name])
+            with suppress(InputError):  # a note of the scene
+                if (shown := _shown(system, source, starts)) and shown.water:
+                    yield shown.water
 
 
 def _shown(system: System, source: Kind, values: Mapping[str, float]) -> Shown | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from m4e_fmi.report.run_report.record import FlowEnergy, Record, RecordEnd
 from m4e_fmi.report.web.samples import Curve
 from m4e_fmi.results.results_file import Results
+
+if TYPE_CHECKING:
+    from m4e_fmi.simulate.audit import EnergyAudit
 
 Floats = NDArray[np.float64]
 POWERS = "connections"
@@ -91,7 +95,7 @@ def _stated(end: RecordEnd) -> str:
     return (
         "These are the run's own integrals at every step, given by the force's source; what bodies "
         f"received differs by {100 * lost / exchanged:+.2g} % of the energy exchanged, which the "
-        "coupling lost (−) or made (+): the summary has it for each connection."
+        "coupling lost (−) or made (+): Numerics has it for each connection."
     )
 
 
@@ -125,15 +129,19 @@ def _works(results: Results) -> Iterator[dict[str, object]]:
             }
 
 
-def energy_closes(results: Results) -> str:
-    """How well the energies and works of a simulation add up; "" of other results."""
+def balance_of(results: Results) -> EnergyAudit | None:
+    """The energies and works of a simulation, added up; None of other results."""
     from m4e_fmi.simulate.audit import energy_audit
 
-    works = [name for name in results.series if name.endswith(WORK)]
+    if not any(name.endswith(WORK) for name in results.series):
+        return None
     try:
-        audit = (
-            energy_audit({n: one.values for n, one in results.series.items()}) if works else None
-        )
+        return energy_audit({name: one.values for name, one in results.series.items()})
     except KeyError:  # energies were not recorded
-        return ""
-    return (audit and f"closes to {100 * audit.relative:.1e} % of {audit.scale:.6g} J") or ""
+        return None
+
+
+def energy_closes(results: Results) -> str:
+    """How well they add up, in words; "" of other results."""
+    audit = balance_of(results)
+    return f"closes to {100 * audit.relative:.1e} % of {audit.scale:.6g} J" if audit else ""

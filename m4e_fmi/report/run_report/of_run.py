@@ -18,7 +18,7 @@ from m4e_fmi.report.graph import Graph
 from m4e_fmi.report.panels import fitting, moving, panels
 from m4e_fmi.report.run_report.flows import Flows, flows_of
 from m4e_fmi.report.run_report.record import RecordEnd, end_of, record_of
-from m4e_fmi.report.run_report.summary import reproduction, summary
+from m4e_fmi.report.run_report.summary import figures, numerics, reproduction, warnings
 from m4e_fmi.report.web.markup import escaped, paragraph
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
 from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
@@ -35,6 +35,8 @@ MOST_SHRUNK = 16.0
 """Width [inches] of a graph that is shrunk to the page; wider ones are scrolled."""
 MOST_PANELS = 5
 """Plots that a report opens with."""
+FIRST_PLOTS = '<div class="first-plots"></div>'
+"""Place of the first plots where nothing is animated."""
 
 
 def report_of_run(
@@ -62,16 +64,22 @@ def _page(results: Results, printed: str, command: str) -> Page:
     flows = flows_of(results, record, end)
     samples = packed_samples(results.time, _curves(results, end, flows))
     shown, why, ramp = _animation(results, name)
-    sections = [PageSection("summary", "Summary", summary(results, record, end, printed))]
-    if record.graph:
-        sections.append(PageSection("system", "System", _drawing(record.graph)))
-    sections.append(PageSection("histories", "Time histories", _histories(results, samples)))
     moved = text_of(OWN, "moved.html").replace("@animation@", shown.markup) if shown else ""
-    sections.append(PageSection("animation", "Animation", moved or paragraph(why)))
+    lead = f'<div class="lead">{moved or FIRST_PLOTS}<div>{figures(results)}</div></div>'
+    sections = [
+        PageSection("result", "Result", lead),
+        PageSection("warnings", "Warnings", warnings(results, record, end)),
+        PageSection("histories", "Time histories", _histories(results, samples)),
+    ]
     if flows:
         sections.append(PageSection("power", "Power flow", text_of(OWN, "flows.html")))
     sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
-    sections.append(PageSection("inputs", "Reproduction", reproduction(results, record, command)))
+    told = numerics(results, record, end, printed) + (paragraph(why, "note") if why else "")
+    sections.append(PageSection("numerics", "Numerics", told, folded=True))
+    if record.graph:
+        sections.append(PageSection("system", "System", _drawing(record.graph), folded=True))
+    made_of = reproduction(results, record, command)
+    sections.append(PageSection("inputs", "Reproduction", made_of, folded=True))
     scripts = [shown.script] if shown else []
     title = results.attributes.get("title") or results.path.stem
     return Page(

@@ -1,36 +1,75 @@
-"""The summary of a report: what results tell of their run, as HTML."""
+"""Texts of a report: headline figures, warnings, numerics, what it takes to make it again."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+from m4e_fmi.report.headlines import headlines
 from m4e_fmi.report.panels import fitting, moving, panels, percent, quantity
-from m4e_fmi.report.run_report.flows import energy_closes
+from m4e_fmi.report.run_report.flows import balance_of, energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
-from m4e_fmi.report.text.summaries import extremes
-from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
+from m4e_fmi.report.text.summaries import LOSSY, extremes
+from m4e_fmi.report.web.markup import cards, facts, folded, lines, paragraph, table
 from m4e_fmi.results.results_file import AT_STOP, Results
 from m4e_fmi.results.row_file import NOT_ENDED
 
+WARNING = "warning: "
 
-def summary(results: Results, record: Record, end: RecordEnd, printed: str) -> str:
-    """Facts, warnings, errors, energies and extremes; `printed` is what the run has printed."""
+
+def figures(results: Results) -> str:
+    """The description of the system, and its headline figures as cards."""
+    comment = results.attributes.get("comment", "")
+    found = cards((one.name, one.value, one.detail) for one in headlines(results))
+    return (paragraph(comment) if comment else "") + found
+
+
+def warnings(results: Results, record: Record, end: RecordEnd) -> str:
+    """All doubts about the results in one box, or a line that there are none."""
+    if found := lines(_doubts(results, record, end)):
+        return f'<div class="doubts">{found}</div>'
+    accuracy = ""
+    if end.errors:
+        worst = max(end.errors, key=lambda one: one.error)
+        accuracy = f"; largest coupling error {100 * worst.error:.2g} % of range, at {worst.source}"
+    elif closes := energy_closes(results):
+        accuracy = f"; the energy balance {closes}"
+    return paragraph(f"No warnings{accuracy}.", "good")
+
+
+def _doubts(results: Results, record: Record, end: RecordEnd) -> Iterator[str]:
     told = results.attributes
-    parts = [paragraph(told.get("comment", ""))] if told.get("comment") else []
     if (ended := told.get("ended", AT_STOP)) == NOT_ENDED:
-        parts.append(
-            paragraph(f"The run has not ended {NOT_ENDED.removeprefix('not ')}.", "problem")
-        )
+        yield f"The run has not ended {NOT_ENDED.removeprefix('not ')}."
     elif ended != AT_STOP:
-        parts.append(paragraph(f"The run ended early: {ended}.", "problem"))
-    if printed:
-        parts.append(paragraph(printed.splitlines()[0]))
-    parts.append(facts(_facts(results, record, end)))
-    for heading, key in (
-        ("Notes and warnings", "notes"),
-        ("Messages of FMUs", "messages"),
-        ("Scenario", "scenario"),
-    ):
-        if listed := lines(told.get(key, "").splitlines()):
-            parts.append(f"<h3>{heading}</h3>{listed}")
+        yield f"The run ended early: {ended}."
+    notes = told.get("notes", "").splitlines()
+    yield from (line.removeprefix(WARNING) for line in notes if line.startswith(WARNING))
+    yield from (f"Message of {line}" for line in told.get("messages", "").splitlines())
+    error, coverage = told.get("coupling_error", ""), told.get("coupling_error_from", "")
+    if "not known" in error:
+        yield f"Coupling error {error}".replace("Coupling error the c", "C")
+    elif any(not one.error <= LOSSY for one in end.errors):
+        yield f"{error[:1].upper()}{error[1:]}"
+    if "less than was wanted" in coverage:
+        yield f"Coupling error estimated from less than was wanted: {coverage}"
+    if len(end.energies) == len(record.flows):
+        for flow, one in zip(record.flows, end.energies, strict=True):
+            lost = one.received - one.given
+            if one.exchanged > one.noise and not abs(lost) <= LOSSY * one.exchanged:
+                share = percent(lost / one.exchanged)
+                yield f"{share} of the energy over {flow.connection} is made (-: lost)"
+    if (audit := balance_of(results)) and not audit.relative <= LOSSY:
+        yield f"The energy balance {energy_closes(results)}"
+
+
+def numerics(results: Results, record: Record, end: RecordEnd, printed: str) -> str:
+    """Steps, errors, energies and extremes; `printed` is what the run has printed."""
+    told = results.attributes
+    notes = [n for n in told.get("notes", "").splitlines() if not n.startswith(WARNING)]
+    parts = [facts(_facts(results, record, end))]
+    for heading, listed in (("Notes", notes), ("Scenario", told.get("scenario", "").splitlines())):
+        if text := lines(listed):
+            parts.append(f"<h3>{heading}</h3>{text}")
     parts += [_errors(end), _energies(results, record, end), _extremes(results)]
     if printed:
         parts.append(folded("As printed by the run", printed))

@@ -1,8 +1,8 @@
 // Plots over time below one another in `root` (the element of histories.html), with one time axis and one cursor.
-// `first` are lists of names for the first plots. Returns `panels`, `range` [s], `now` [s], `seek(t)`, and
+// `first` are lists of names for the first plots, of which two are in the element `lead`, if there is one. Returns `panels`, `range` [s], `now` [s], `seek(t)`, and
 // `onTime(action)`, `onRange(action)`, `onPanels(action)`: actions after the reader moves the cursor, zooms, or changes
 // what is shown.
-function historiesOf(root, store, theme, first) {
+function historiesOf(root, store, theme, first, lead = null) {
   const [from, to, add, stack] = [".from", ".to", ".add", ".panels"].map(name => root.querySelector(name));
   const whole = [store.time[0], store.time.at(-1)], least = (whole[1] - whole[0]) * 1e-6;
   const listeners = { time: [], range: [], panels: [] };
@@ -50,7 +50,7 @@ function historiesOf(root, store, theme, first) {
   function open(names) {
     const panel = panelOf(store, names, plots);
     plots.panels.push(panel);
-    stack.append(panel.element);
+    (lead?.children.length < 2 && !stack.children.length ? lead : stack).append(panel.element);
     changed();
     return panel.draw();
   }

@@ -45,6 +45,16 @@ def facts(rows: Mapping[str, str]) -> str:
     return f'<table class="facts"><tbody>{"".join(lines)}</tbody></table>'
 
 
+def cards(figures: Iterable[tuple[str, str, str]]) -> str:
+    """Names, values and details of figures, the values large; nothing without any."""
+    items = "".join(
+        f'<div><dt>{escaped(name)}</dt><dd class="value">{escaped(value)}</dd>'
+        f'<dd class="note">{escaped(detail)}</dd></div>'
+        for name, value, detail in figures
+    )
+    return f'<dl class="cards">{items}</dl>' if items else ""
+
+
 def table(
     caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int = 1
 ) -> str:

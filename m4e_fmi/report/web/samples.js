@@ -48,6 +48,16 @@ async function library() {
   document.head.append(script);
 }
 
+// Opens the folded section that the address names: nothing is found in a folded one.
+function unfold() {
+  const place = document.getElementById(location.hash.slice(1));
+  if (place?.tagName !== "DETAILS") return;
+  place.open = true;
+  place.scrollIntoView();
+}
+window.addEventListener("hashchange", unfold);
+unfold();
+
 // Runs `action`, and tells the reader what went wrong.
 async function started(action) {
   try {

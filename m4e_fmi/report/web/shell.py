@@ -37,11 +37,21 @@ HERE = "m4e_fmi.report.web"
 
 @dataclass(frozen=True)
 class PageSection:
-    """A part of a page with a heading, at the anchor `key`; `body` is HTML."""
+    """A part of a page with a heading, at the anchor `key`; `body` is HTML, `folded` at first."""
 
     key: str
     heading: str
     body: str
+    folded: bool = False
+
+    @property
+    def markup(self) -> str:
+        """The part as HTML."""
+        heading = f'<h2 id="{self.key}-heading">{html.escape(self.heading)}</h2>'
+        of = f'class="section" id="{self.key}" aria-labelledby="{self.key}-heading"'
+        if self.folded:
+            return f"<details {of}><summary>{heading}</summary>\n{self.body}\n</details>"
+        return f"<section {of}>\n{heading}\n{self.body}\n</section>"
 
 
 @dataclass(frozen=True)
@@ -75,11 +85,7 @@ def page_text(page: Page) -> str:
             f'    <li><a href="#{one.key}">{html.escape(one.heading)}</a></li>'
             for one in page.sections
         ),
-        "@sections@": "\n".join(
-            f'<section class="section" id="{one.key}" aria-labelledby="{one.key}-heading">\n'
-            f'<h2 id="{one.key}-heading">{html.escape(one.heading)}</h2>\n{one.body}\n</section>'
-            for one in page.sections
-        ),
+        "@sections@": "\n".join(one.markup for one in page.sections),
         "@blocks@": "\n".join(
             f'<script type="text/plain" id="{name}">{text}</script>'
             for name, text in blocks.items()

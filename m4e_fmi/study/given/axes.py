@@ -25,6 +25,7 @@ from m4e_fmi.study.given.tables import scatter, table
 
 RESERVED = (
     "time", "row", "failure", "coupling_error", "wall_time", "start_up", "probability", "is_run",
+    "wave_power",
 )  # fmt: skip
 """Names of the result that no dimension may have."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +14,7 @@ from m4e_fmi.study.shown.over_states import (
     NO_MEAN,
     POWERS,
     YEAR,
+    Averaged,
     is_power,
     over_states,
     shown_unit,
@@ -56,6 +58,19 @@ def contributions(result: StudyResult) -> list[Contribution]:
     return found
 
 
+def of_all_states(result: StudyResult) -> Iterator[tuple[str, str, str, Averaged]]:
+    """Quantities and what of all states is told of them, with units and values of the designs.
+
+    Energies of a year come first.
+    """
+    if (states := result.states) is None:
+        return
+    for name, wanted in result.record.wanted.items():
+        unit = result.units[name]
+        numbers = over_states(result.grid, result.numbers[name], states, wanted, unit)
+        yield from ((name, *one) for one in reversed(numbers))
+
+
 def annual(result: StudyResult) -> str:
     """A table of one number over all states for each design beside them, as HTML."""
     states = result.states
@@ -63,19 +78,17 @@ def annual(result: StudyResult) -> str:
         return ""
     others = [one for one in states.rest(result.grid.axes) if not one.repeats]
     rows = []
-    for name, wanted in result.record.wanted.items():
-        unit = result.units[name]
-        numbers = over_states(result.grid, result.numbers[name], states, wanted, unit)
-        for place in np.ndindex(numbers[0][2].mean.shape):
-            labels = [one.labels[k] for one, k in zip(others, place, strict=True)]
-            for told, unit, values in numbers:
-                scale, shown = shown_unit(values, unit)
-                rows.append((*labels, name, told, values.scaled(scale).cell(place), shown))
+    for name, told, unit, values in of_all_states(result):
+        scale, shown = shown_unit(values, unit)
+        for place in np.ndindex(values.mean.shape):
+            points = [result.point(one, k) for one, k in zip(others, place, strict=True)]
+            value = f"{values.scaled(scale).cell(place)} {shown}".rstrip()
+            rows.append((name, told, *points, value))
     caption = f"Sum of all probabilities: {float(np.nansum(states.shares)):.6g}."
-    heads = [*(one.name for one in others), "quantity", "over all states", "value", "unit"]
+    heads = ["quantity", "over all states", *(one.name for one in others), "value"]
     text = (
         "With seeds ± 95 % confidence: of sums by those of each seed, which all states share. *: "
         "for seeds that failed in a state stands the mean of the others there."
     )
-    body = table(caption, heads, rows, texts=len(heads) - 2)
+    body = table(caption, heads, rows, texts=len(heads) - 1)
     return paragraph(text, "note") + body

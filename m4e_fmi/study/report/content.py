@@ -21,6 +21,7 @@ TEXTS = {
     "coupling_error": "largest estimated coupling error, of the range",
     "wall_time": "time that the run took",
     "start_up": "rows from this time on count in statistics",
+    "wave_power": "power of the waves per metre of crest",
 }
 
 
@@ -42,8 +43,8 @@ def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
     data: dict[str, object] = {
         "dims": [_dimension(one, result) for one in grid.axes],
         "quantities": [
-            {"name": name, "unit": result.units[name], "text": str(told), "of": ""}
-            for name, told in result.record.wanted.items()
+            {"name": name, "unit": result.units[name], "text": text, "of": ""}
+            for name, text in result.quantities.items()
         ]
         + [
             {"name": one.name, "unit": one.unit, "text": one.text, "of": one.of}
@@ -105,8 +106,8 @@ def _of_runs(result: StudyResult) -> Iterator[Curve]:
     for name, values in result.numbers.items():
         if name == "coupling_error" and np.isnan(values).all():
             continue  # of one program
-        told = result.record.wanted.get(name)
-        kind, text = (WANTED, str(told)) if told else (RUN, TEXTS[name])
+        told = result.quantities.get(name)
+        kind, text = (WANTED, told) if told else (RUN, TEXTS[name])
         yield Curve(name, kind, name, result.units[name], text, values.reshape(-1))
 
 
@@ -121,7 +122,7 @@ def _coded(values: Sequence[Scalar]) -> tuple[np.ndarray, dict[str, int]]:
 def _of_designs(result: StudyResult, contributed: list[Contribution]) -> Iterator[Curve]:
     """Means over seeds with their confidence, and contributions of states."""
     if any(one.repeats for one in result.grid.axes):
-        for name in result.record.wanted:
+        for name in result.quantities:
             found, unit = result.designs(name), result.units[name]
             for kind, values in (
                 (MEAN, found.mean), (WIDTH, found.half_width), (MISSING, found.missing)

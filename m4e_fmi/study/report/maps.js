@@ -52,8 +52,9 @@ function mapsOf(root, study, theme, names) {
     const quantity = study.quantities.find(one => one.name === name);
     const plot = made("div", { class: "chart", tabindex: 0, role: "group" }), readout = made("ul", { class: "readout" });
     const cell = made("p", { class: "cell", role: "status" });
-    const element = made("section", { class: "panel", "aria-label": name }, made("div", { class: "head" }, made("strong", {}, name), made("span", { class: "unit" }, quantity.text)), plot, readout, cell);
-    const panel = { quantity, plot, readout, cell, element, values: null, drawnOnce: false };
+    const title = made("strong", {}, name);
+    const element = made("section", { class: "panel", "aria-label": name }, made("div", { class: "head" }, title, made("span", { class: "unit" }, quantity.text)), plot, readout, cell);
+    const panel = { quantity, plot, title, readout, cell, element, values: null, drawnOnce: false };
     panels.set(name, panel);
     plot.addEventListener("keydown", key);
     return panel;
@@ -69,6 +70,7 @@ function mapsOf(root, study, theme, names) {
     panel.values ??= await study.design(panel.quantity.name, panel.quantity.of);
     const { kind, x, y } = view(), colours = theme.colours();
     panel.unit = shownUnit(panel.quantity.unit, largestOf(panel.values.mean));
+    panel.title.textContent = panel.unit.unit ? `${panel.quantity.name} [${panel.unit.unit}]` : panel.quantity.name;
     const { traces, layout, list } = kind === "histogram" ? histogram(panel, colours) : kind === "map" ? map(panel, x, y, colours) : curves(panel, x, y, colours);
     const what = { map: "heat map", curves: "curves", histogram: "histogram" }[kind];
     const over = kind === "histogram" ? "" : ` over ${[x, y].filter(Boolean).map(dim => dim.name).join(" and ")}`;
@@ -130,9 +132,10 @@ function mapsOf(root, study, theme, names) {
     const traces = [{
       type: "heatmap", x: Array.from({ length: x.count }, (_, i) => i), y: Array.from({ length: y.count }, (_, j) => j),
       z: cells.map(row => row.map(one => Number.isFinite(one.value) ? scale * one.value : null)), customdata: cells.map(row => row.map(hover)),
-      text: cells.map(row => row.map(text)), texttemplate: written ? "%{text}" : "", hovertemplate: "%{customdata[0]}<extra></extra>",
+      hovertemplate: "%{customdata[0]}<extra></extra>",
       hoverongaps: false, colorscale: "Viridis", xgap: 1, ygap: 1, colorbar: { title: { text: plain(unit) }, thickness: 14, outlinewidth: 0 },
     }];
+    if (written) traces.push(writtenOn(cells.flatMap((row, j) => row.map((one, i) => ({ x: i, y: j, value: one.value, text: text(one) })))));
     const partly = cells.flatMap((row, j) => row.map((one, i) => ({ ...one, i, j }))).filter(one => one.lacking && Number.isFinite(one.value));
     if (!written && partly.length) traces.push(marks(partly, "asterisk-open", "#ffffff", "without some seeds"));
     const failed = empty.filter(one => one.failed), undefinedOnes = empty.filter(one => !one.failed);
@@ -258,6 +261,17 @@ function mapsOf(root, study, theme, names) {
   order();
   const ready = opened.reduce((earlier, panel) => earlier.then(() => draw(panel)), Promise.resolve());
   return { ready, draw: all, panels };
+}
+
+// Values written on the cells of a map { x, y, value, text }: white on the dark ones of Viridis, black on the others,
+// which both are read with a contrast of 4.4 at least.
+function writtenOn(list) {
+  const known = list.filter(one => Number.isFinite(one.value)), values = known.map(one => one.value);
+  const low = Math.min(...values), span = Math.max(...values) - low;
+  return {
+    type: "scatter", mode: "text", name: "values", hoverinfo: "skip", x: known.map(one => one.x), y: known.map(one => one.y), text: known.map(one => one.text),
+    textfont: { color: known.map(one => (span ? (one.value - low) / span : 0.5) < 0.43 ? "#ffffff" : "#000000") },
+  };
 }
 
 // The axis on which runs without a value are marked, at the bottom of a plot.

@@ -13,7 +13,7 @@ from m4e_fmi.results.results_file import is_of_study
 from m4e_fmi.study.report.annual import annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.result import StudyResult, load_study_result
-from m4e_fmi.study.report.summary import reproduction, summary
+from m4e_fmi.study.report.summary import figures, numerics, reproduction, warnings
 
 OWN = "m4e_fmi.study.report"
 SCRIPTS = ("dims.js", "maps.js", "scatter.js", "numbers.js", "runs.js", "study_report.js")
@@ -39,12 +39,13 @@ def report_of_study(
 def _page(result: StudyResult, printed: str, command: str) -> Page:
     contributed = contributions(result)
     content = content_of(result, contributed)
-    sections = [PageSection("summary", "Summary", summary(result, printed))]
+    sections = [PageSection("warnings", "Warnings", warnings(result))]
     if result.record.wanted:
-        sections.append(PageSection("results", "Results", text_of(OWN, "maps.html")))
+        body = figures(result) + text_of(OWN, "maps.html")
+        sections.insert(0, PageSection("results", "Results", body))
     if contributed:
         body = annual(result) + text_of(OWN, "maps.html")
-        sections.append(PageSection("states", "Means by probability", body))
+        sections.append(PageSection("states", "Over all states", body))
     if result.record.wanted:
         sections.append(PageSection("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
     kind = "exactly (Float64)" if content.exact else "rounded to seven digits (Float32)"
@@ -56,7 +57,9 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
     if result.series:
         sections.append(PageSection("histories", "Time histories", _runs(result)))
         sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
-    sections.append(PageSection("inputs", "Reproduction", reproduction(result, command)))
+    sections.append(PageSection("numerics", "Numerics", numerics(result, printed), folded=True))
+    made_of = reproduction(result, command)
+    sections.append(PageSection("inputs", "Reproduction", made_of, folded=True))
     return Page(
         title=result.attribute("title") or result.path.stem,
         subtitle=f"Study of {result.grid.count:,} runs, report of m4e_fmi",

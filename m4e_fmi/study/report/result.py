@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +14,14 @@ import numpy as np
 from m4e_fmi.errors import InputError, is_file, missing_file
 from m4e_fmi.study.given.grid import Axis, Grid, Shares, Varied
 from m4e_fmi.study.report.record import StudyRecord, record_of
-from m4e_fmi.study.shown.over_states import Averaged, States, averaged, states_of
+from m4e_fmi.study.shown.over_states import (
+    POWERS,
+    Averaged,
+    States,
+    averaged,
+    is_power,
+    states_of,
+)
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
@@ -74,12 +82,17 @@ def unit_of(one: xarray.DataArray) -> str:
 
 OF_RUNS = ("coupling_error", "wall_time", "start_up")
 """Numbers that every result has of each run."""
+WAVE_POWER = "wave_power"
+"""Power of the waves of each run [W/m]: of results of systems in waves."""
+GIVEN_OFF = re.compile(r"(.+\.)?load\.\w+\.power")
+"""Powers of loads of a model: what they take is negative."""
 
 
 @dataclass(frozen=True)
 class StudyResult:
     """A result of a study: `numbers` by name (the shape of the grid), in their `units`.
 
+    `quantities` are those that were wanted and capture widths, by name, in words.
     `labels` are unit and description of varied quantities. `failure` has the reason of each run
     that failed, "" of the others (the shape of the grid). `states` have probabilities, None
     without.
@@ -89,6 +102,7 @@ class StudyResult:
     attributes: Mapping[str, str] = field(repr=False)
     record: StudyRecord = field(repr=False)
     grid: Grid
+    quantities: Mapping[str, str]
     labels: Mapping[str, tuple[str, str]]
     numbers: Mapping[str, np.ndarray] = field(repr=False)
     units: Mapping[str, str]
@@ -104,6 +118,16 @@ class StudyResult:
     def attribute(self, name: str) -> str:
         """A text that the file carries; "" without."""
         return self.attributes.get(name, "")
+
+    def label(self, run: int) -> str:
+        """A run in words, with units."""
+        places = zip(self.grid.axes, self.grid.place(run), strict=True)
+        return ", ".join(self.point(one, k) for one, k in places) or "the run"
+
+    def point(self, axis: Axis, k: int) -> str:
+        """Point number `k` of a dimension in words, with its unit."""
+        unit = self.labels[axis.varied[0].name][0] if len(axis.varied) == 1 else ""
+        return f"{axis.name} {axis.labels[k]} {unit}".rstrip()
 
     def designs(self, name: str) -> Averaged:
         """Means of a quantity over seeds, with 95 % confidence."""
@@ -128,10 +152,21 @@ def load_study_result(path: Path) -> StudyResult:
         ):
             record = record_of(data.attrs, str(path))
             names = [str(name) for name in data["failure"].dims]
-            wanted = [*record.wanted, *OF_RUNS]
+            of_runs = [*OF_RUNS, *([WAVE_POWER] if WAVE_POWER in data else [])]
+            wanted = [*record.wanted, *of_runs]
             shape = data["failure"].shape
             run = data["is_run"].values.astype(float) if "is_run" in data else np.ones(shape)
             axes = tuple(_axis(data, name, repeats=name in record.repeats) for name in names)
+            numbers = {name: data[name].values.astype(float).reshape(shape) for name in wanted}
+            units = {name: unit_of(data[name]) for name in wanted}
+            quantities = {name: str(told) for name, told in record.wanted.items()}
+            for name, one in record.wanted.items() if WAVE_POWER in data else ():
+                if is_power(one, units[name]) and (width := f"capture width, {name}") not in units:
+                    sign = -1.0 if GIVEN_OFF.fullmatch(one.variable) else 1.0
+                    power = sign * POWERS[units[name]] * numbers[name]
+                    with np.errstate(divide="ignore", invalid="ignore"):
+                        numbers[width], units[width] = power / numbers[WAVE_POWER], "m"
+                    quantities[width] = f"{name} over the {data[WAVE_POWER].attrs['long_name']}"
             return StudyResult(
                 path=path,
                 attributes={str(name): str(value) for name, value in data.attrs.items()},
@@ -141,8 +176,9 @@ def load_study_result(path: Path) -> StudyResult:
                     str(name): (unit_of(one), str(one.attrs.get("long_name", "")))
                     for name, one in data.coords.items()
                 },
-                numbers={name: data[name].values.astype(float).reshape(shape) for name in wanted},
-                units={name: unit_of(data[name]) for name in wanted},
+                numbers=numbers,
+                units=units,
+                quantities=quantities,
                 failure=data["failure"].values.astype(str).astype(object).reshape(shape),
                 states=states_of(data),
                 series=series_of(data, record.series, math.prod(shape)),

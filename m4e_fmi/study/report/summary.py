@@ -1,32 +1,73 @@
-"""The summary of a report of a study, and what it takes to make it again, as HTML."""
+"""Texts of a report of a study: figures, warnings, numerics, what makes it again, as HTML."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
+from m4e_fmi.report.text.summaries import LOSSY
+from m4e_fmi.report.web.markup import cards, facts, folded, lines, paragraph, table
 from m4e_fmi.study.given.grid import Axis
+from m4e_fmi.study.report.annual import of_all_states
 from m4e_fmi.study.report.result import StudyResult
+from m4e_fmi.study.shown.over_states import Averaged, shown_unit
 from m4e_fmi.study.start_up import left_out
 
 MOST_TOLD = 20
-"""Failed runs that the summary names."""
+"""Failed runs that are named."""
+MOST_CARDS = 6
 
 
-def summary(result: StudyResult, printed: str) -> str:
-    """Runs, failures with their reasons, warnings, coupling error; `printed` by the command."""
-    parts = [paragraph(text)] if (text := result.attribute("comment")) else []
-    failed = result.failed
+def figures(result: StudyResult) -> str:
+    """The comment of the study, and the largest values of its quantities as cards.
+
+    First those over all states, such as the energy of a year.
+    """
+    found = list[tuple[str, str, str]]()
+    for name, told, unit, values in of_all_states(result):
+        found += _card(result, f"{told}, {name}", values, unit)
+    for name in result.quantities:
+        found += _card(result, f"largest {name}", result.designs(name), result.units[name])
+    comment = result.attribute("comment")
+    return (paragraph(comment) if comment else "") + cards(found[:MOST_CARDS])
+
+
+def _card(
+    result: StudyResult, name: str, values: Averaged, unit: str
+) -> Iterator[tuple[str, str, str]]:
+    """The largest of `values` in their `unit`, and of which design it is; none without a value."""
+    if not np.isfinite(values.mean).any():
+        return
+    place = np.unravel_index(np.nanargmax(values.mean), values.mean.shape)
+    scale, shown = shown_unit(values, unit)
+    axes = zip(values.axes, map(int, place), strict=True)
+    detail = ", ".join(result.point(one, k) for one, k in axes if len(one) > 1)
+    yield name, f"{values.scaled(scale).cell(tuple(map(int, place)))} {shown}".rstrip(), detail
+
+
+def warnings(result: StudyResult) -> str:
+    """All doubts about the results in one box, or a line that there are none."""
+    failed, error = result.failed, _coupling(result)
+    told = [line.removeprefix("warning: ") for line in result.record.warnings]
+    if error and np.nanmax(result.numbers["coupling_error"]) > LOSSY:
+        told.append(f"Coupling error {error}")
     if len(failed):
-        parts.append(paragraph(f"{len(failed):,} of {result.grid.count:,} runs failed.", "problem"))
-    parts += [facts(_facts(result)), _failures(result)]
-    if warnings := lines(line.removeprefix("warning: ") for line in result.record.warnings):
-        parts.append(f"<h3>Warnings</h3>{warnings}")
+        told.insert(0, f"{len(failed):,} of {result.grid.count:,} runs failed.")
+    if told:
+        return f'<div class="doubts">{lines(told)}{_failures(result)}</div>'
+    accuracy = f"; largest coupling error {error}" if error else ""
+    return paragraph(f"No run failed; no warnings{accuracy}.", "good")
+
+
+def numerics(result: StudyResult, printed: str) -> str:
+    """Runs, what was varied and wanted, start-up, times; `printed` by the command."""
+    parts = [facts(_facts(result))]
     if notes := lines(result.record.notes):
         parts.append(f"<h3>How the runs were made</h3>{notes}")
     if printed:
         parts.append(folded("As printed by the study", printed))
-    return "\n".join(filter(None, parts))
+    return "\n".join(parts)
 
 
 def _facts(result: StudyResult) -> dict[str, str]:
@@ -64,7 +105,7 @@ def _coupling(result: StudyResult) -> str:
         return ""
     run = int(np.nanargmax(errors))
     at = f", at {result.record.coupling_at}" if result.record.coupling_at else ""
-    return f"{errors[run]:.1e} of range{at}, in the run of {result.grid.label(run)}"
+    return f"{100 * errors[run]:.2g} % of range{at}, in the run of {result.label(run)}"
 
 
 def _times(seconds: np.ndarray) -> str:
@@ -83,11 +124,11 @@ def _failures(result: StudyResult) -> str:
     if not len(failed):
         return ""
     reasons = result.failure.reshape(-1)
-    rows = [(result.grid.label(int(run)), str(reasons[run])) for run in failed[:MOST_TOLD]]
+    rows = [(result.label(int(run)), str(reasons[run])) for run in failed[:MOST_TOLD]]
     text = table("Runs without a result, and why", ("run", "reason"), rows, texts=2)
     if len(failed) > MOST_TOLD:
         text += paragraph(f"{len(failed) - MOST_TOLD:,} more: the table of numbers has all.")
-    return f"<h3>Failed runs</h3>{text}"
+    return text
 
 
 def reproduction(result: StudyResult, command: str) -> str:

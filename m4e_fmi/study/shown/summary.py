@@ -64,9 +64,12 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     for name, unit, found in over_states(grid, one.values, states, wanted, one.attrs["units"]):
         scale, unit = shown_unit(found, unit)
         if np.isnan(found.mean).all():
-            missing = np.isnan(states.last(grid.axes, one.values)).reshape(-1, len(states.weights))
-            count = int(missing.any(axis=0).sum())
-            yield f"  {name}: not known, {count} states have no value in some of the runs"
+            means = averaged(grid.axes, one.values)
+            missing = np.isnan(states.last(means.axes, means.mean))
+            seeds = " of any seed" if any(axis.repeats for axis in grid.axes) else ""
+            lacking = int(missing.reshape(-1, len(states.weights)).any(axis=0).sum())
+            count = f"{lacking} of {len(states.weights)} states"
+            yield f"  {name}: not known, {count} without a value{seeds}"
             return
         if found.axes:
             yield f"  {name}{_bracketed(unit)}:"

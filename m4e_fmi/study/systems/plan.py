@@ -13,6 +13,8 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 
+import numpy as np
+
 from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.preparation.components import (
     WARNING,
@@ -20,6 +22,7 @@ from m4e_fmi.cosim.preparation.components import (
     ready_fmus,
 )
 from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.results.system_scene import waters
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.system.component import Component, StartValue
 from m4e_fmi.cosim.system.system import System
@@ -78,6 +81,7 @@ class SystemPlan:
         self._prepared: dict[str, tuple[Prepared, Blob]] = {}
         self._imports = lru_cache(maxsize=None)(imports_of)
         self._of_all: dict[str, None] = {}  # warnings of all runs
+        self._water: dict[str, None] = {}  # depths and densities of all runs, in words
 
     @property
     def _same(self) -> tuple[Component, ...]:
@@ -178,7 +182,19 @@ class SystemPlan:
             notes=(),
             records=records,
             rows=rows_text([one.output_interval for one in self._simulations]),
+            wave_power=[tasks[run].wave_power if run in tasks else math.nan for run in points],
+            water=" or ".join(self._water),
         )
+
+    def _wave_power(self, system: System, prepared: Prepared, first: float) -> float:
+        """Mean power [W/m] of the waves per metre of crest from `first` [s] on; nan without any."""
+        time = np.linspace(first, system.simulation.stop_time, 101)
+        for water in waters(system, prepared.descriptions):
+            if power := water.energy_flux(time):
+                deep = "deep water" if math.isinf(water.depth) else f"{water.depth:g} m of water"
+                self._water[f"{deep} of {water.density:g} kg/m3"] = None
+                return power
+        return math.nan
 
     def _labels(self) -> Labels:
         """Units and descriptions of what is varied and of wanted variables."""
@@ -232,6 +248,7 @@ class SystemPlan:
             series=study.series,
             start_up=first,
             certify=study.coupling_error,
+            wave_power=self._wave_power(own, prepared, first),
         )
 
     def _prepared_for(self, system: System, numbers: Mapping[str, int]) -> tuple[Prepared, Blob]:

@@ -49,7 +49,8 @@ class Blob:
 class Task:
     """One run: the prepared system, its FMUs by component, and what is other than in that.
 
-    `key` is the hash of all that the run follows from, `start` the start values by component.
+    `key` is the hash of all that the run follows from, `start` the start values by component,
+    `wave_power` [W/m] that of its waves per metre of crest, nan without any.
     """
 
     key: str
@@ -61,6 +62,7 @@ class Task:
     series: tuple[str, ...]
     start_up: float
     certify: bool
+    wave_power: float = math.nan
 
 
 def perform(task: Task) -> Record:

@@ -63,8 +63,8 @@ def test_the_summary_says_what_the_results_tell(tmp_path: Path) -> None:
     page = report(tmp_path / "r.html", attributes, a__x=np.sin(TIME))
     for text in (
         "a comment", "24,000 of 0.025 s, 7 made again", "gauss_seidel", "a note",
-        "warning: another", "fmu: beware", "The run ended early: failed: nan.", "2.0e-03",
-        "0.005 N", "0 to 10 s, 101 rows",
+        "fmu: beware", "The run ended early: failed: nan.", "2.0e-03", "0.005 N",
+        "0 to 10 s, 101 rows",
     ):  # fmt: skip
         assert text in page.text
     (variable,) = data_of(page)["samples"]["variables"]
@@ -78,6 +78,41 @@ def test_the_summary_says_what_the_results_tell(tmp_path: Path) -> None:
     assert links
     assert all(link.startswith("#") for link in links)  # the page asks for nothing
     assert not re.search(r"https?://(?!www\.w3\.org)", "".join(page.scripts[-1:]))
+
+
+def test_doubts_come_second_and_only_if_there_are_any(tmp_path: Path) -> None:
+    """Before the numerics: each doubt in words; without one the accuracy, the largest error."""
+    small = StatedError("a <-> b", "a.x", 2e-3, 5e-4, 2.5, "N")
+    flows = (Flow("a <-> b", "b", "a", ()), Flow("a <-> c", "c", "a", ()))
+    energies = (FlowEnergy(1.0, 0.97, 1.0), FlowEnergy(1e-9, 0.0, 1e-9, noise=1e-8))
+    large, record = replace(small, error=0.02), carried_record(Record(flows=flows))
+    for attributes, said in (
+        (carried_record(RecordEnd(errors=(small,))), []),
+        ({"notes": "a note"}, []),
+        ({"notes": "a note\nwarning: beware"}, ["beware"]),
+        ({"messages": "fmu, error at t = 3 s: no"}, ["Message of fmu, error at t = 3 s: no"]),
+        ({"coupling_error": "not known: no saved states"}, ["Coupling error not known: no saved"]),
+        ({"coupling_error": "the coupling error is not known"}, ["Coupling error is not known"]),
+        ({"coupling_error": "largest", **carried_record(RecordEnd(errors=(large,)))}, ["Largest"]),
+        (record | carried_record(RecordEnd(energies=energies)), ["-3.0000 % of the energy over a"]),
+        ({"ended": NOT_ENDED}, ["The run has not ended yet"]),
+    ):
+        page = report_of_run(
+            results_of(TIME, {"a.x": TIME}, attributes=attributes), tmp_path / "r.html"
+        )
+        section = html.unescape(
+            page.read_text("utf-8").split('id="warnings"')[1].split("</section>")[0]
+        )
+        assert section.count("<li>") == len(said), section
+        assert all(f"<li>{text}" in section for text in said), section
+        assert ("No warnings" in section) == (not said)
+    first = report(tmp_path / "r.html", carried_record(RecordEnd(errors=(small,))), a__x=TIME).text
+    places = [first.rindex(text) for text in (
+        "0.00 to 10.00 N", "No warnings; largest coupling error 0.2 % of range, at a.x.",
+        "Search variables", "logarithmic", "Stated coupling errors", "carry no scene",
+        "no record of versions",
+    )]  # fmt: skip
+    assert places == sorted(places)
 
 
 def test_powers_over_connections_are_forces_times_velocities(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ from m4e_fmi.study.report.annual import annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.report.result import load_study_result
-from m4e_fmi.study.report.summary import summary
+from m4e_fmi.study.report.summary import figures, numerics, warnings
 
 YEAR = 8766.0 * 3600.0
 
@@ -52,14 +53,57 @@ def test_means_over_seeds_are_those_of_the_runs_that_are_left(tmp_path: Path) ->
 
 
 def test_the_summary_has_failures_errors_and_their_runs(tmp_path: Path) -> None:
-    text = summary(load_study_result(matrix(tmp_path)), "as printed")
+    result = load_study_result(matrix(tmp_path))
+    text = numerics(result, "as printed")
     for part in (
-        "8 of 72 runs failed", "Hs 3, Tp 6, damping 5, seed 1", "7.2e-04 of range, at buoy.force",
-        "in the run of Hs 3, Tp 12, damping 7, seed 3", "all before t = 30 s (30 s)",
-        "128 s in all", "72 made, 0 kept", "as printed", "Hs: 1 to 3 m, 3 values", "3 seeds",
+        "0.072 % of range, at buoy.force", "in the run of Hs 3 m, Tp 12 s, damping 7, seed 3",
+        "all before t = 30 s (30 s)", "128 s in all", "72 made, 0 kept", "as printed",
+        "Hs: 1 to 3 m, 3 values", "3 seeds",
     ):  # fmt: skip
         assert part in text
-    assert "odd &lt;img" in text
+    doubts = warnings(result)
+    for part in (
+        "8 of 72 runs failed",
+        "<td>Hs 3 m, Tp 6 s, damping 5, seed 1</td>",
+        "odd &lt;img",
+    ):
+        assert part in doubts
+    assert "No run failed" not in doubts
+    sound = replace(result.record, warnings=())
+    none = replace(load_study_result(matrix(tmp_path, failing=False)), record=sound)
+    assert warnings(none).startswith('<p class="good">No run failed; no warnings; largest coupling')
+
+
+def test_cards_have_the_largest_values_and_the_energy_of_the_best_design(tmp_path: Path) -> None:
+    result = load_study_result(matrix(tmp_path, failing=False))
+    found = re.findall(r"<dt>(.*?)</dt><dd[^>]*>(.*?)</dd><dd[^>]*>(.*?)</dd>", figures(result))
+    assert [name for name, _, _ in found] == [
+        "energy of a year of 8766 h, mean_power", "mean by probability, mean_power",
+        "largest of all states, most_tension", "largest mean_power", "largest most_tension",
+    ]  # fmt: skip
+    assert (found[0][1].endswith("MWh"), found[0][2]) == (True, "damping 7")
+    assert found[3][1:] == ("63.01 ± 0.02 kW", "Hs 3 m, Tp 8 s, damping 7")
+
+
+def test_capture_widths_are_powers_over_those_of_the_waves(tmp_path: Path) -> None:
+    """Of what a load of a model takes from the motion, the negative; not without waves."""
+    assert "capture width, mean_power" not in load_study_result(matrix(tmp_path)).quantities
+    grid = Grid((axis("Hs", HEIGHTS),))
+    wanted = tuple(
+        Wanted(name, variable, "mean")
+        for name, variable in (("a", "pto.power"), ("b", "w.load.pto.power"))
+    )
+    records = [Record(values={"a": 2e3 * h**2, "b": -3e3 * h**2}) for h in HEIGHTS]
+    units = {"pto.power": "W", "w.load.pto.power": "W"}
+    waves = [1e3 * h**2 for h in HEIGHTS]
+    path = written(tmp_path, grid, records, wanted, units=units, wave_power=waves)
+    result = load_study_result(path)
+    np.testing.assert_allclose(result.numbers["capture width, a"], 2.0)
+    np.testing.assert_allclose(result.numbers["capture width, b"], 3.0)
+    assert result.units["capture width, a"] == "m"
+    text = result.quantities["capture width, a"]
+    assert "ρ g a² c_g/2" in text
+    assert text.endswith("in 50 m of water")
 
 
 def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -> None:
@@ -71,14 +115,14 @@ def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -
     sums = np.einsum("hp,hps->s", PROBABILITY, np.array(powers))
     energy = YEAR * np.mean(sums) / 3.6e9
     error = YEAR * np.std(sums, ddof=1) / np.sqrt(SEEDS) / 3.6e9
-    shown = re.findall(r"<td>mean_power</td><td>(.*?)</td><td[^>]*>([\d.]+) ± ([\d.]+)<", text)
-    assert [told for told, _, _ in shown[:2]] == [
-        "mean by probability", "energy of a year of 8766 h"
-    ]  # fmt: skip
-    assert float(shown[0][1]) == pytest.approx(np.mean(sums) / PROBABILITY.sum() / 1e3, rel=1e-3)
-    assert float(shown[1][1]) == pytest.approx(energy, rel=1e-3)
+    shown = re.findall(
+        r"<td>mean_power</td><td>([^<]*)</td><td>damping 5</td><td[^>]*>([\d.]+) ± ([\d.]+) ", text
+    )
+    assert [told for told, _, _ in shown] == ["energy of a year of 8766 h", "mean by probability"]
+    assert float(shown[1][1]) == pytest.approx(np.mean(sums) / PROBABILITY.sum() / 1e3, rel=1e-3)
+    assert float(shown[0][1]) == pytest.approx(energy, rel=1e-3)
     width = student.ppf(0.975, SEEDS - 1) * error
-    assert float(shown[1][2]) == pytest.approx(width, abs=0.06)
+    assert float(shown[0][2]) == pytest.approx(width, abs=0.06)
     assert text.count("<td>largest of all states</td>") == len(DAMPINGS)
     (only,) = contributions(result)  # the largest tension of all states is no sum over them
     assert only.unit == "MWh"
