@@ -166,7 +166,7 @@ def _simulate_to(
         simulation_text,
         write_simulation,
     )
-    from m4e_fmi.results.results_file import load
+    from m4e_fmi.results.results_file import load_results
     from m4e_fmi.simulate.limits import limits_left
     from m4e_fmi.simulate.simulation import FIXED
 
@@ -187,7 +187,7 @@ def _simulate_to(
         warn(f"warning: {line}")
     files = write_simulation(result, output, scene=source.scene_of(result), inputs=source.inputs)
     numbers, variables = simulation_numbers(result)
-    text, summary = simulation_text(result, load(files[0])), simulation_summary(result)
+    text, summary = simulation_text(result, load_results(files[0])), simulation_summary(result)
     show(text, "summary", numbers=numbers, variables=variables)
     model = source.equations
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
