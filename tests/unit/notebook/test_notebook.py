@@ -52,7 +52,7 @@ def test_equations_are_latex_unless_they_are_long():
     assert m4e.Equations(random_tree(3, size=25))._repr_latex_() is None
     text = m4e.Equations(PENDULUM)._repr_latex_()
     assert text is not None
-    assert r"M_{2,2} = J + \frac{L^{2} m}{4}" in text
+    assert r"& J + \frac{L^{2} \, m}{4} \end{bmatrix}" in text
 
 
 def test_results_become_a_dataset_with_units(run):
