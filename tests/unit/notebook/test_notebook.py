@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from pathlib import Path
 
@@ -105,3 +106,17 @@ def test_an_animation_is_shown_in_a_frame(run, tmp_path):
     assert re.fullmatch(r"Animation of '.*s\.nc': \d+ kB of HTML", repr(made))
     with pytest.raises(InputError, match=r"use \.html"):
         made.save(tmp_path / "a.gif")
+
+
+def test_a_simulation_of_a_model_is_animated(tmp_path):
+    motion = m4e.simulate(PENDULUM, stop_time=0.1)
+    path = m4e.report.animate(m4e.load_model(PENDULUM), motion, tmp_path / "a.html")
+    assert motion.animate().page == path.read_text("utf-8")
+    alone = m4e.simulate(m4e.model_program(PENDULUM), stop_time=0.1)
+    with pytest.raises(InputError, match="no bodies to be shown"):
+        alone.animate()
+
+
+def test_a_figure_is_pickled(run):
+    figure = pickle.loads(pickle.dumps(run.results().plot()))
+    assert figure.axes[-1].get_xlabel() == "time [s]"
