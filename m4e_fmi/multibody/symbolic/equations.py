@@ -256,6 +256,10 @@ class Equations:
         made = "\n".join(line for line in lines if not line.startswith("%"))
         return made if len(made) <= LONGEST else None
 
+    def __str__(self) -> str:
+        few = len(self.topology.coordinate_names) <= MOST_COORDINATES
+        return self.text() if few else repr(self)
+
     def __repr__(self) -> str:
         title = f"Equations of {self.model.name!r}: mass_matrix · u̇ = forcing, q̇ = u"
         names = self.topology.coordinate_names

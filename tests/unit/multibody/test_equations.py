@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 import sympy
+from support.planar_trees import random_tree
 from support.programs import Evaluated, random_values
 from support.spatial_trees import spatial_tree
 
@@ -75,6 +76,13 @@ def test_simplified_entries_are_equal_and_shorter() -> None:
             assert sympy.count_ops(b) < sympy.count_ops(a)
             assert sympy.simplify(a - b) == 0
     assert "  M = ⎡ J + 5 L² m/4         L² m cos(θ₁ - θ₂)/2 ⎤\n" in short.text()
+
+
+def test_short_equations_are_printed_whole() -> None:
+    equations = Equations(PENDULUM)
+    assert str(equations) == equations.text()
+    long = Equations(random_tree(3, size=25))
+    assert str(long) == repr(long)
 
 
 def test_what_is_too_long_is_not_simplified() -> None:
