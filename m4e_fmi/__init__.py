@@ -108,6 +108,7 @@ _MODULES = {
     "fmu": ("build_fmu", "read_description", "validate_fmu"),
     "model": ("Model", "load_model"),
     "multibody": ("Equations", "model_program"),
+    "report": ("report",),
     "simulate": ("simulate",),
     "study": ("load_study", "study", "write_report"),
     "results.results_file": ("load",),

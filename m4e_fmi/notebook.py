@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from m4e_fmi.errors import InputError
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -28,9 +30,14 @@ def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
     return simulation_figure(shown, names)
 
 
-def animation(results: Results) -> Animation:
-    """The animation of the results of a run; InputError for results without a scene."""
-    from m4e_fmi.report.animation.results_page import run_page
-    from m4e_fmi.results.results_file import Animation
+def animation(shown: Results | Simulation) -> Animation:
+    """The animation of a result; InputError for one that shows no bodies."""
+    from m4e_fmi.report.animation.results_page import model_page, run_page
+    from m4e_fmi.results.results_file import Animation, Results
 
-    return Animation(str(results.path), run_page(results))
+    if isinstance(shown, Results):
+        return Animation(str(shown.path), run_page(shown))
+    if shown.model is None:
+        message = f"the simulation of {shown.program.name!r} has no bodies to be shown"
+        raise InputError.single(message, "simulate a model, not its program")
+    return Animation(shown.program.name, model_page(shown.model, shown))

@@ -112,6 +112,13 @@ def columns(align: str, *rows: Sequence[str]) -> list[str]:
     ]
 
 
+def table(title: str, align: str, *rows: Sequence[str]) -> str:
+    """A title, and `columns` below it; of very many rows the first."""
+    lines = [title, *columns(align, *rows[: MOST_LINES - 2])]
+    left = len(rows) - (MOST_LINES - 2)
+    return "\n".join([*lines, f"  … and {left} more"] if left > 0 else lines)
+
+
 def span(time: Sequence[float] | np.ndarray) -> str:
     """Number and time span of rows of results at times (n,) [s]."""
     if not len(time):

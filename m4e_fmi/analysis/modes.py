@@ -12,7 +12,7 @@ from m4e_fmi.analysis.linearization import Linearization
 from m4e_fmi.analysis.points import place
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Variable
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import listing, table
 
 Complex = NDArray[np.complex128]
 
@@ -75,10 +75,15 @@ class Modes:
         return bool((self.eigenvalues.real <= NEGLIGIBLE * largest).all())
 
     def __repr__(self) -> str:
-        found = zip(self.frequencies, self.damping_ratios, strict=True)
-        words = [f"{omega:.6g} rad/s (damping ratio {ratio:.3g})" for omega, ratio in found]
         title = f"Modes: {'no motion grows' if self.stable else 'a motion grows'}"
-        return listing(title, coordinates=self.coordinates, frequencies=words)
+        moved = [self.states[k].name for k in self.participation.argmax(axis=0)]
+        found = zip(self.frequencies, self.damping_ratios, moved, strict=True)
+        rows = [
+            (str(k), f"{omega:.6g}", f"{omega / (2 * np.pi):.6g}", f"{ratio:.5g}", name)
+            for k, (omega, ratio, name) in enumerate(found, 1)
+        ]
+        head = ("mode", "[rad/s]", "[Hz]", "damping ratio [1]", "mostly")
+        return table(title, ">>>><", head, *rows)
 
 
 def modes(linear: Linearization) -> Modes:

@@ -253,6 +253,12 @@ def rate_unit(unit: str) -> str:
     return f"{unit}2" if unit.endswith("/s") else f"({unit})/s" if "/" in unit else f"{unit}/s"
 
 
+def unit_by(of: Variable, by: Variable) -> str:
+    """The unit of a derivative: m and N/m → m/(N/m)."""
+    divided = by.unit if by.unit.isalnum() else f"({by.unit})"
+    return of.unit if by.unit == "1" else f"{of.unit}/{divided}"
+
+
 def observed(program: Program, names: Sequence[str]) -> Program:
     """`program` with these outputs only: outputs, states, or rates of states as ``der(name)``.
 

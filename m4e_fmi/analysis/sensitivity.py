@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +31,10 @@ from m4e_fmi.analysis.points import (
     operating_point,
     place,
     program_and_model,
+    unit_by,
 )
 from m4e_fmi.program import Variable, jacobian
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import listing, table
 
 REPEATED = 1e-6
 """Relative distance below which eigenvalues count as one, whose derivatives are not defined."""
@@ -51,7 +53,11 @@ class Sensitivity:
         return float(self.values[place(names[0], self.of), place(names[1], self.by)])
 
     def __repr__(self) -> str:
-        return listing("Sensitivity: values[i, j] = d of[i] / d by[j]", of=self.of, by=self.by)
+        rows = [
+            (f"d({y.name})", f"/ d({p.name})", f"{self[y.name, p.name]:.6g}", unit_by(y, p))
+            for y, p in product(self.of, self.by)
+        ]
+        return table("Sensitivity", "<<><", *rows)
 
 
 @dataclass(frozen=True)
@@ -78,8 +84,12 @@ class EigenvalueSensitivity:
             return -(self.values.real + ratios * self.frequencies) / np.abs(eigenvalues)
 
     def __repr__(self) -> str:
-        title = f"EigenvalueSensitivity of {len(self.modes.eigenvalues)} eigenvalues"
-        return listing(title, by=self.by)
+        rows = [
+            (f"mode {k + 1}, {omega:.6g} rad/s:", f"d|λ| / d({p.name})", f"{change:.6g}", p.unit)
+            for k, omega in enumerate(self.modes.frequencies)
+            for p, change in zip(self.by, self.frequencies[k], strict=True)
+        ]
+        return table("EigenvalueSensitivity [rad/s by the unit of the parameter]", "<<><", *rows)
 
 
 class Sensitivities:

@@ -9,13 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 
-from m4e_fmi.analysis.points import Floats, System, causes, observed, place, program_and_model
+from m4e_fmi.analysis.points import (
+    Floats,
+    System,
+    causes,
+    observed,
+    place,
+    program_and_model,
+    unit_by,
+)
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Variable, tangent
-from m4e_fmi.shown import listing, span
+from m4e_fmi.shown import span, table
 from m4e_fmi.simulate import simulate, started
 
 
@@ -34,7 +43,14 @@ class TrajectorySensitivity:
         return self.derivatives[:, place(names[0], self.of), place(names[1], self.by)]
 
     def __repr__(self) -> str:
-        return listing(f"TrajectorySensitivity: {span(self.time)}", of=self.of, by=self.by)
+        head = ("", "", "at the end", "largest", "")
+        rows = [
+            (f"d({y.name})", f"/ d({p.name})", f"{change[-1]:.6g}", f"{max(change, key=abs):.6g}",
+             unit_by(y, p))
+            for y, p in product(self.of, self.by)
+            for change in [self[y.name, p.name]]
+        ]  # fmt: skip
+        return table(f"TrajectorySensitivity: {span(self.time)}", "<<>><", head, *rows)
 
 
 def trajectory_sensitivity(

@@ -21,6 +21,9 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--reactions", action="store_true", help="also the reactions of each joint"
     )
+    command.add_argument(
+        "--simplify", action="store_true", help="expand, and collect sines and cosines"
+    )
     command.set_defaults(command=_run)
 
 
@@ -32,14 +35,15 @@ def _run(options: argparse.Namespace) -> None:
     if isinstance(source, Program):
         _print_program(source, options)
         return
-    print(Equations(source).text(latex=options.latex, reactions=options.reactions))
+    equations = Equations(source, simplify=options.simplify)
+    print(equations.text(latex=options.latex, reactions=options.reactions))
 
 
 def _print_program(program: Program, options: argparse.Namespace) -> None:
     """A system's program as functions in Python."""
     from m4e_fmi.program.python_form import python_source
 
-    for flag in ("latex", "reactions"):
+    for flag in ("latex", "reactions", "simplify"):
         if getattr(options, flag):
             message = f"--{flag} is for a model: a system has straight-line equations"
             raise InputError.single(message, "leave it out, or give the file of a model")

@@ -76,8 +76,8 @@ class Panel:
 
     @property
     def curves(self) -> dict[str, np.ndarray]:
-        """Curves by the names of the series, (n_times,), in the panel's unit."""
-        found = {name: one.values.astype(float) for name, one in self.series.items()}
+        """Curves by the names of the series, (n_times,), in the panel's unit, angles unwrapped."""
+        found = {name: _unwrapped(one) for name, one in self.series.items()}
         return {
             name: self.scale * (values - (values[:1] if self.from_start else 0.0))
             for name, values in found.items()
@@ -94,6 +94,9 @@ class _Rule:
     from_start: bool = False
 
 
+_WATER = re.compile(r"wave\.elevation$|fairlead_tension$")
+_JOINT = r"joint\.\w+\.q\w*$"
+_EFFORT = r"\.effort\w*$|(?:^|\.)load\.\w+\.moment$"
 # `inputs.power` of a model lifts and lowers its weight, which hides what a take-off takes
 _RULES = (
     _Rule("wave elevation", r"wave\.elevation$", "m", "m", 1.0),
@@ -104,10 +107,25 @@ _RULES = (
 )
 
 
+_MECHANISM = (
+    _Rule("joint angles", _JOINT, "rad", "deg", 180 / math.pi),
+    _Rule("joint positions", _JOINT, "m", "m", 1.0),
+    _Rule("efforts", _EFFORT, "N.m", "N.m", 1.0),
+    _Rule("efforts", _EFFORT, "N", "N", 1.0),
+    _RULES[-1],
+)
+
+
 def panels(series: dict[str, Series]) -> list[Panel]:
-    """The panels for `series` (full name → series): the usual ones, else one per unit."""
+    """The panels for `series` (full name → series): the usual ones, else one per unit.
+
+    Of mechanisms, which have joints and no water: angles, positions and efforts.
+    """
+    names = [one.name for one in series.values()]
+    wet = any(map(_WATER.search, names))
+    dry = not wet and any(re.search(_JOINT, name) for name in names)
     usual = []
-    for rule in _RULES:
+    for rule in _MECHANISM if dry else _RULES:
         found = {
             name: one
             for name, one in series.items()
@@ -117,7 +135,7 @@ def panels(series: dict[str, Series]) -> list[Panel]:
         }
         if found:
             usual.append(Panel(rule.title, rule.unit, rule.scale, found, rule.from_start))
-    return [*map(_scaled, usual)] if len(usual) > 1 else by_unit(series)
+    return [*map(_scaled, usual)] if len(usual) > 1 or (dry and usual) else by_unit(series)
 
 
 def by_unit(series: dict[str, Series]) -> list[Panel]:
@@ -171,6 +189,15 @@ def _changing(panel: Panel) -> dict[str, Series]:
     ranges = {name: _height(curve) for name, curve in panel.curves.items()}
     least = ROUNDING * max(filter(math.isfinite, ranges.values()), default=0.0)
     return {name: one for name, one in panel.series.items() if not ranges[name] <= least}
+
+
+def _unwrapped(one: Series) -> np.ndarray:
+    """The values as numbers (n_times,); of an angle within ±π [rad] without its jumps by 2π."""
+    values = one.values.astype(float)
+    known = np.isfinite(values)
+    if one.unit == "rad" and np.abs(values[known]).max(initial=0.0) <= math.pi:
+        values[known] = np.unwrap(values[known])
+    return values
 
 
 def _height(curve: np.ndarray) -> float:

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from m4e_fmi.results.results_file import Animation
+
 Progress = Callable[[float], None]
 FIXED = "rk4"
 METHODS = ("dop853", "rk45", "rodas", FIXED)
@@ -58,7 +60,8 @@ class Simulation:
 
     `values` by name have shape (n,), and the unit of their variable. `load.<name>.work` and
     `inputs.work` [J] are the integrals of the powers. `events` are in the order of time.
-    `start_values` are those that were given; `tolerance` is None of a method that has none.
+    `start_values` are those that were given; `tolerance` is None of a method that has none, `model`
+    of a program.
     """
 
     program: Program
@@ -71,6 +74,7 @@ class Simulation:
     events: tuple[Event, ...] = ()
     start_values: Mapping[str, float | str] = field(default_factory=dict)
     tolerance: float | None = None
+    model: Model | None = field(default=None, repr=False)
 
     def __getitem__(self, name: str) -> Series:
         """A variable over time, shape (n,), in its unit; UnknownNameError if there is none."""
@@ -86,6 +90,13 @@ class Simulation:
         InputError for a name that is not there.
         """
         return views().figure(self, names)
+
+    def animate(self) -> Animation:
+        """The animation of a model's motion; it is shown by a notebook, and written by its `save`.
+
+        InputError of a program, which has no bodies.
+        """
+        return views().animation(self)
 
     def __repr__(self) -> str:
         work = [name for name in self.values if name.endswith(".work")]
@@ -185,6 +196,7 @@ def simulate(
             events=tuple(Event(one.name, t, states, one.terminal) for one, t, states in found),
             start_values=given,
             tolerance=None if method == FIXED else tolerance,
+            model=model,
         )
 
     def leave(solved: Solved) -> None:

@@ -149,7 +149,7 @@ def test_the_equations_are_those_of_the_model(fmu: Path) -> None:
     """Of a pendulum of two equal links: M₂₂ = J + m L²/4."""
     text = contents(fmu)["documentation/index.html"].decode()
     lines = set(map(str.strip, text.splitlines()))
-    assert "M[2,2] = J + L**2*m/4" in lines
+    assert "M₂,₂ = J + L² m/4" in lines
 
 
 def test_the_same_bytes_in_another_process(tmp_path: Path) -> None:
@@ -182,5 +182,5 @@ def test_the_page_of_free_bodies() -> None:
     assert "but for quaternions" in text
     assert "body.hull.e3" in Page(text).codes
     assert "roll, pitch and yaw" in text
-    rows = re.findall(r"^  M\[(\d),(\d)\]", text, re.MULTILINE)
-    assert {row for pair in rows for row in pair} == set("123456")
+    (masses,) = re.findall(r"⎡ 1  0  0  0  +0 [^⎦]*⎣ 0  0  0  w[^⎦]*⎦\n\nForcing", text)
+    assert masses.count("\n") == 7

@@ -1,6 +1,6 @@
 """The equations of motion as SymPy expressions: what people read.
 
-Everything is computed when it is first asked for, and never simplified behind the reader's back.
+Everything is computed when it is first asked for, and simplified on demand only.
 """
 
 from __future__ import annotations
@@ -34,10 +34,6 @@ from m4e_fmi.multibody.closed_form import (
 )
 from m4e_fmi.multibody.declaration import inputs_of
 from m4e_fmi.multibody.recording import add_outputs
-from m4e_fmi.multibody.symbolic.printing import (
-    equations_text,
-    notebook_latex,
-)
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.program import AnyScalar, Variable
 from m4e_fmi.shown import listing
@@ -45,6 +41,11 @@ from m4e_fmi.space import TURN
 
 if TYPE_CHECKING:
     import sympy
+
+MOST_COORDINATES, LONGEST = 12, 20_000
+"""Of models whose equations pages and notebooks have: coordinates, and characters of LaTeX."""
+MOST_SIMPLIFIED = 20_000
+"""Symbols and operations of an expression that is simplified, in some seconds."""
 
 
 class Equations:
@@ -55,12 +56,17 @@ class Equations:
     accelerations `ThetaDD_k`, … of body k, the time `t`, the model's parameters, `A_i_j` for added
     mass, `neutral_mass_<body>` for a mass that is "neutral". A table is an undefined function of t
     by its name. `inputs` names inputs of the model's program that act as well, as symbols of that
-    name; InputError if it has no such input.
+    name; InputError if it has no such input. `simplify` takes the
+    shortest of every expression as it is, expanded, and with sums of angles; InputError if one is
+    too long for it.
     """
 
-    def __init__(self, model: Model | str | Path, inputs: Sequence[str] = ()) -> None:
+    def __init__(
+        self, model: Model | str | Path, inputs: Sequence[str] = (), *, simplify: bool = False
+    ) -> None:
         self.model = as_model(model)
         self.inputs = tuple(inputs)
+        self.simplify = simplify
         self.topology = topology(self.model)
 
     @cached_property
@@ -148,12 +154,14 @@ class Equations:
     def mass_matrix(self) -> sympy.Matrix:
         """Bᵀ(𝓜 + A)B, n×n."""
         n = len(self.topology.velocity_names)
-        return _matrix([[row.get(k, 0) for k in range(n)] for row in mass_matrix(self.assembly)])
+        return self._matrix(
+            [[row.get(k, 0) for k in range(n)] for row in mass_matrix(self.assembly)]
+        )
 
     @cached_property
     def forcing(self) -> sympy.Matrix:
         """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu, n×1."""
-        return _matrix([[entry] for entry in forcing(self.assembly)])
+        return self._matrix([[entry] for entry in forcing(self.assembly)])
 
     @cached_property
     def reactions(self) -> dict[str, sympy.Matrix]:
@@ -164,7 +172,9 @@ class Equations:
         """
         found = reactions(self.assembly, self._moving)
         components = self.topology.components
-        return {r.joint: _matrix([[(*r.force, *r.moment)[c]] for c in components]) for r in found}
+        return {
+            r.joint: self._matrix([[(*r.force, *r.moment)[c]] for c in components]) for r in found
+        }
 
     @cached_property
     def _moving(self) -> Accelerations:
@@ -176,7 +186,7 @@ class Equations:
         values: dict[str, sympy.Expr] = {}
 
         def take(variable: Variable, value: AnyScalar) -> None:
-            values[variable.name] = _expression(value)
+            values[variable.name] = self._expression(value)
 
         add_outputs(take, self.assembly, self._moving)
         return values
@@ -184,28 +194,47 @@ class Equations:
     @cached_property
     def kinetic_energy(self) -> sympy.Expr:
         """½ vᵀ(𝓜 + A)v [J]."""
-        return _expression(kinetic_energy(self.assembly))
+        return self._expression(kinetic_energy(self.assembly))
 
     @cached_property
     def potential_energy(self) -> sympy.Expr:
         """Of gravity (zero at Z = 0) and of springs that have one [J]."""
-        return _expression(potential_energy(self.assembly))
+        return self._expression(potential_energy(self.assembly))
 
     @cached_property
     def load_powers(self) -> dict[str, sympy.Expr]:
         """Power [W] by which each load changes the total energy; pure springs are left out."""
-        return {name: _expression(power) for name, power in load_powers(self.assembly).items()}
+        return {name: self._expression(power) for name, power in load_powers(self.assembly).items()}
 
     @cached_property
     def positions(self) -> sympy.Matrix:
         """(x, z) of every centre of gravity [m], N×2; in space (x, y, z), N×3."""
         axes = [c for c in self.topology.components if c < TURN]
-        return _matrix([[f.position[c] for c in axes] for f in self.assembly.frames])
+        return self._matrix([[f.position[c] for c in axes] for f in self.assembly.frames])
+
+    def _expression(self, value: AnyScalar) -> sympy.Expr:
+        """A scalar as an expression, simplified if asked for."""
+        import sympy
+
+        from m4e_fmi.multibody.symbolic.printing import tree_size
+
+        made = sympy.sympify(value, strict=True)
+        if not self.simplify:
+            return made
+        if (size := tree_size(made, {})) > MOST_SIMPLIFIED:
+            message = f"{self.model.name}: an expression of {size:,} operations is not simplified"
+            raise InputError.single(message, "leave it as it is")
+        return min(_candidates(made), key=lambda form: tree_size(form, {}))
+
+    def _matrix(self, rows: list[list[AnyScalar]]) -> sympy.Matrix:
+        import sympy
+
+        return sympy.Matrix([[self._expression(entry) for entry in row] for row in rows])
 
     def _stacked(self, bodies: list[Columns]) -> sympy.Matrix:
         """The rows of every body that its motion can have as one matrix."""
         n, nothing = len(self.topology.velocity_names), [0] * (2 * TURN)
-        return _matrix(
+        return self._matrix(
             [
                 [body.get(column, nothing)[c] for column in range(n)]
                 for body in bodies
@@ -215,10 +244,21 @@ class Equations:
 
     def text(self, *, latex: bool = False, reactions: bool = False) -> str:
         """The equations as a page of text, or of LaTeX: see `printing.equations_text`."""
+        from m4e_fmi.multibody.symbolic.printing import equations_text
+
         return equations_text(self, latex=latex, reactions=reactions)
 
     def _repr_latex_(self) -> str | None:
-        return notebook_latex(self)
+        """The lines of the page in LaTeX; None if they are too long, which shows the `repr`."""
+        if len(self.topology.coordinate_names) > MOST_COORDINATES:
+            return None
+        lines = self.text(latex=True).splitlines()
+        made = "\n".join(line for line in lines if not line.startswith("%"))
+        return made if len(made) <= LONGEST else None
+
+    def __str__(self) -> str:
+        few = len(self.topology.coordinate_names) <= MOST_COORDINATES
+        return self.text() if few else repr(self)
 
     def __repr__(self) -> str:
         title = f"Equations of {self.model.name!r}: mass_matrix · u̇ = forcing, q̇ = u"
@@ -226,19 +266,22 @@ class Equations:
         return listing(title, q=names, u=self.topology.velocity_names, inputs=self.inputs)
 
 
-def _expression(value: AnyScalar) -> sympy.Expr:
-    import sympy
+def _candidates(value: sympy.Expr) -> tuple[sympy.Expr, ...]:
+    """As it is, expanded, with sin² = 1 − cos², with sums of angles.
 
-    return sympy.sympify(value, strict=True)
+    What has roots or quotients is only as it is: expanding makes it longer.
+    """
+    import sympy
+    from sympy.simplify.fu import TR5, TR8
+
+    if not all(power.exp.is_Integer and power.exp > 0 for power in value.atoms(sympy.Pow)):
+        return (value,)
+    expanded = sympy.expand(value)
+    squares = sympy.expand(TR5(expanded))
+    return value, expanded, squares, sympy.expand(TR8(squares))
 
 
 def _symbols(names: tuple[str, ...]) -> sympy.Matrix:
     import sympy
 
     return sympy.Matrix([sympy.Symbol(name, real=True) for name in names])
-
-
-def _matrix(rows: list[list[AnyScalar]]) -> sympy.Matrix:
-    import sympy
-
-    return sympy.Matrix(rows)

@@ -1,65 +1,61 @@
 """The equations of motion as text or LaTeX.
 
-Common subexpressions get names of their own, which make long equations readable.
+Matrices are written as such where they fit. Common subexpressions get names of their own where this
+makes the page much shorter.
 """
 
 from __future__ import annotations
 
-import re
+import textwrap
+import unicodedata
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
-from itertools import count
+from itertools import count, product
 from typing import TYPE_CHECKING
 
+import sympy
+
+from m4e_fmi.multibody.symbolic.printers import LOWERED, Writer, Written, coordinate, upright
 from m4e_fmi.program import AnyScalar
+from m4e_fmi.shown import WIDTH
 from m4e_fmi.space import AXES, TURN
 
 if TYPE_CHECKING:
-    import sympy
-
     from m4e_fmi.multibody.symbolic.equations import Equations
+    from m4e_fmi.multibody.symbolic.printers import Writer, Written
 
 
 Shared = list[tuple["sympy.Symbol", "sympy.Expr"]]
 """Names of intermediates, and what they stand for."""
-LETTERS = {
-    "Theta": (r"\theta", ""),
-    "Phi": (r"\varphi", ""),
-    "Psi": (r"\psi", ""),
-    **{letter.upper(): (letter, "") for letter in "srxyz"},
-    **{f"E{k}": ("e", f"{k},") for k in range(4)},
-    **{f"Omega{axis.upper()}": (r"\omega", f"{axis},") for axis in AXES},
-}
-"""How a coordinate is written in LaTeX, and what comes before its number."""
-MOST_REPEATED = 80
-"""Intermediates up to which a page is written without them."""
-
-
-MOST_COORDINATES, LONGEST = 12, 20_000
-"""Of models whose equations pages and notebooks have: coordinates, and characters of LaTeX."""
+TIMES_SHORTER = 3
+"""A page has intermediates where it has so many times fewer symbols and operations with them."""
+LEAST_SAVED = 8
+"""Symbols and operations that an intermediate saves at least."""
 
 
 @dataclass
 class _Part:
-    """A titled group of lines: names as text and as LaTeX, and their values."""
+    """A titled group of lines: names as text and as LaTeX, and their values.
+
+    Of a matrix `cells` has the index of the value of each entry, None of those that are zero, and
+    `name` is how it is written.
+    """
 
     title: str
-    names: list[tuple[str, str]] = field(default_factory=list)
+    names: list[Written] = field(default_factory=list)
     values: list[AnyScalar] = field(default_factory=list)
+    cells: list[list[int | None]] = field(default_factory=list)
+    name: Written = ("", "")
 
     def add(self, text: str, latex: str, value: AnyScalar) -> None:
         self.names.append((text, latex))
         self.values.append(value)
 
-
-def notebook_latex(equations: Equations) -> str | None:
-    """The lines of the page in LaTeX, for notebooks that become PDF; None if they are too long."""
-    if len(equations.topology.coordinate_names) > MOST_COORDINATES:
-        return None
-    page = equations_text(equations, latex=True)
-    made = "\n".join(line for line in page.splitlines() if line.startswith(r"\["))
-    return made if len(made) <= LONGEST else None
+    def rows(self, texts: Sequence[str]) -> list[list[str]]:
+        """The entries of the matrix, whose values have these `texts`; none if all are zero."""
+        rows = self.cells if texts else []
+        return [["0" if k is None else texts[k] for k in row] for row in rows]
 
 
 def equations_text(
@@ -70,30 +66,37 @@ def equations_text(
 ) -> str:
     """All of `equations`: coordinates, B, Ḃ, mass matrix, forcing, energies; zeros left out.
 
-    With `reactions` those of the joints as well, as functions of q, u and the accelerations. What
-    occurs more than once is written on a line of its own if the page is long.
+    With `reactions` those of the joints as well, as functions of q, u and the accelerations. A
+    matrix whose rows are longer than a line is given by its entries. What occurs more than once is
+    written on a line of its own if that makes the page much shorter.
     """
-    import sympy
-
     parts = _parts(equations, reactions=reactions)
-    names = _latex_names(equations)
     values = [sympy.sympify(value, strict=True) for part in parts for value in part.values]
     shared, reduced = intermediates(values, equations.q.flat())
-    if len(shared) > MOST_REPEATED or not equations.topology.is_planar:
-        rest = iter(reduced)
-        for part in parts:
-            part.values = [next(rest) for _ in part.values]
-        first = _Part("Intermediates, each used more than once below")
-        for symbol, value in shared:
-            names[symbol] = _subscripted(symbol.name)
-            first.add(symbol.name, names[symbol], value)
-        parts.insert(0, first)
-    show = partial(sympy.latex, symbol_names=names) if latex else sympy.sstr
+    sizes: dict[sympy.Basic, int] = {}
+    full, least = (
+        sum(tree_size(v, sizes) for v in these)
+        for these in (values, (*reduced, *(value for _, value in shared)))
+    )
+    if full <= TIMES_SHORTER * least:
+        shared, reduced = [], values
+    rest = iter(reduced)
+    for part in parts:
+        part.values = [next(rest) for _ in part.values]
+    moving = (*equations.q.flat(), *equations.u.flat(), *equations.u_dot.flat())
+    known = {symbol: coordinate(symbol.name) for symbol in moving}
+    for symbol, value in shared:
+        if isinstance(value, sympy.sin | sympy.cos) and value.args[0] in known:
+            (text, tex), letter = known[value.args[0]], symbol.name[0]
+            known[symbol] = letter + text, rf"\mathrm{{{letter}}}_{{{tex}}}"
+    symbols = {s for v in (*reduced, *(v for _, v in shared)) for s in v.free_symbols}
+    writer = Writer(sorted(symbols, key=str), known)
+    if shared:
+        names, lines = [writer.written[s] for s, _ in shared], [value for _, value in shared]
+        parts.insert(0, _Part("Intermediates, each used more than once below", names, lines))
     lines = _heading(equations)
     for part in parts:
-        lines += ["", part.title]
-        for (text, tex), value in zip(part.names, part.values, strict=True):
-            lines.append(rf"\[ {tex} = {show(value)} \]" if latex else f"  {text} = {show(value)}")
+        lines += ["", part.title, *(_latex(part, writer) if latex else _text(part, writer))]
         if not part.values:
             lines.append("  (all zero)")
     if latex:
@@ -101,34 +104,83 @@ def equations_text(
     return "\n".join(lines)
 
 
+def tree_size(value: sympy.Basic, known: dict[sympy.Basic, int]) -> int:
+    """Symbols and operations of an expression, counted as often as they are written."""
+    if value not in known:
+        known[value] = 1 + sum(tree_size(part, known) for part in value.args)
+    return known[value]
+
+
+def _text(part: _Part, writer: Writer) -> list[str]:
+    """The lines of a part as text: a matrix if it fits, else each value."""
+    texts = [writer.text(value) for value in part.values]
+    if lines := _matrix(f"  {part.name[0]} = ", part.rows(texts)):
+        return [line.replace("\u00a0", " ") for line in lines]
+    found = list[str]()
+    for (name, _), text in zip(part.names, texts, strict=True):
+        found += textwrap.wrap(
+            f"  {name}\u00a0=\u00a0{text}",
+            WIDTH,
+            subsequent_indent=" " * (len(name) + 5),
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    return [line.replace("\u00a0", " ") for line in found]
+
+
+def _matrix(head: str, rows: list[list[str]]) -> list[str]:
+    """Lines of a matrix after `head`; none if they are too long, or it has one entry or none."""
+    if sum(map(len, rows)) < 2:
+        return []
+    widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
+    if len(head) + sum(widths) + 2 * len(widths) + 2 > WIDTH:
+        return []
+    last, middle = len(rows) - 1, (len(rows) - 1) // 2
+    lines = []
+    for k, row in enumerate(rows):
+        left, right = "[]" if last == 0 else "⎡⎤" if k == 0 else "⎣⎦" if k == last else "⎢⎥"
+        cells = "  ".join(c + " " * (w - _width(c)) for c, w in zip(row, widths, strict=True))
+        lines.append(f"{head if k == middle else ' ' * len(head)}{left} {cells} {right}")
+    return lines
+
+
+def _width(text: str) -> int:
+    """Places that `text` takes in a line: dots stand above letters."""
+    return sum(not unicodedata.combining(c) for c in text)
+
+
+def _latex(part: _Part, writer: Writer) -> list[str]:
+    """The lines of a part in LaTeX: a matrix where that of `_text` fits, else each value."""
+    made = [writer.latex(value) for value in part.values]
+    if _matrix("", part.rows([writer.text(value) for value in part.values])):
+        rows = r" \\ ".join(" & ".join(row) for row in part.rows(made))
+        return [rf"\[ {part.name[1]} = \begin{{bmatrix}} {rows} \end{{bmatrix}} \]"]
+    pairs = zip(part.names, made, strict=True)
+    return [rf"\[ {name} = {tex} \]" for (_, name), tex in pairs]
+
+
 def _heading(equations: Equations) -> list[str]:
     tree = equations.topology
     title = f"{equations.model.name}: {equations.model.description}"
     lines = [" ".join(title.split()), ""]
     for link in tree.links:
-        held = ", ".join(tree.coordinate_names[k] for k in link.coordinates)
+        held = ", ".join(coordinate(tree.coordinate_names[k])[0] for k in link.coordinates)
         holder = f"{link.joint.type} joint {link.joint_name!r} to {link.joint.parent}"
-        lines.append(f"body {link.number}: {link.body:<16} {holder:<40} {held}")
-    return [*lines, "", f"Equations of motion: M(q) du/dt = f(t, q, u),  {rates_text(equations)}"]
-
-
-def rates_text(equations: Equations) -> str:
-    """How the rates of the coordinates follow from the velocities, in words."""
-    if len(equations.q) == len(equations.u):
-        return "dq/dt = u"
-    return "dq/dt = u but for quaternions e (E0 to E3): de/dt = 1/2 (0, Omega) e"
+        lines.append(f"body {link.number}: {link.body:<16} {holder:<40} {held}".rstrip())
+    turned = len(equations.q) > len(equations.u)
+    rates = " but for quaternions e (e₀ to e₃): ė = 1/2 (0, ω) e" if turned else ""
+    return [*lines, "", f"Equations of motion: M(q) u̇ = f(t, q, u),  q̇ = u{rates}"]
 
 
 def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
     planar = equations.topology.is_planar
-    rows = "(v_x, v_z, omega)" if planar else "(v_x, v_y, v_z, omega_x, omega_y, omega_z)"
+    rows = "(v_x, v_z, ω)" if planar else "(v_x, v_y, v_z, ω_x, ω_y, ω_z)"
     matrices = (
         (f"Velocity transformation B: v = B u, rows {rows} of each body",
          "B", "B", equations.B),
-        ("Its time derivative: dv/dt = B du/dt + B_dot u",
-         "B_dot", r"\dot{B}", equations.B_dot),
-        ("Mass matrix M = B^T (M_bodies + A) B, symmetric", "M", "M", equations.mass_matrix),
-        ("Forcing f = B^T (g + g_g) - B^T (M_bodies + A) B_dot u", "f", "f", equations.forcing),
+        ("Its time derivative: v̇ = B u̇ + Ḃ u", "Ḃ", r"\dot{B}", equations.B_dot),
+        ("Mass matrix M = Bᵀ (M_bodies + A) B, symmetric", "M", "M", equations.mass_matrix),
+        ("Forcing f = Bᵀ (g + g_g) - Bᵀ (M_bodies + A) Ḃ u", "f", "f", equations.forcing),
     )  # fmt: skip
     result = [_entries(*matrix) for matrix in matrices]
     energies = _Part("Kinetic and potential energy")
@@ -138,7 +190,7 @@ def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
     if equations.load_powers:
         powers = _Part("Power of loads that changes T + V")
         for name, power in equations.load_powers.items():
-            powers.add(f"P[{name}]", rf"P_{{\mathrm{{{_escaped(name)}}}}}", power)
+            powers.add(f"P[{name}]", f"P_{{{upright(name)}}}", power)
         result.append(powers)
     if reactions:
         kinds = "(x, z) and moment (y)" if planar else "and moment (x, y, z)"
@@ -148,7 +200,7 @@ def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
         for joint, wrench in equations.reactions.items():
             for c, entry in zip(equations.topology.components, wrench.flat(), strict=True):
                 letter, axis = "R" if c < TURN else "M", AXES[c % TURN]
-                tex = rf"{letter}_{{\mathrm{{{_escaped(joint)}}},{axis}}}"
+                tex = f"{letter}_{{{upright(joint)},{axis}}}"
                 carried.add(f"{letter}[{joint}].{axis}", tex, entry)
         result.append(carried)
     return result
@@ -156,36 +208,17 @@ def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
 
 def _entries(title: str, letter: str, tex: str, matrix: AnyScalar) -> _Part:
     """The entries that are not zero; of a symmetric matrix those of the upper half."""
-    part = _Part(title)
-    for i in range(matrix.rows):
-        for j in range(i if letter == "M" else 0, matrix.cols):
-            if matrix[i, j] != 0:
-                index = f"{i + 1}" if matrix.cols == 1 else f"{i + 1},{j + 1}"
-                part.add(f"{letter}[{index}]", f"{tex}_{{{index}}}", matrix[i, j])
+    part = _Part(title, name=(letter, tex))
+    part.cells = [[None] * matrix.cols for _ in range(matrix.rows)]
+    for i, j in product(range(matrix.rows), range(matrix.cols)):
+        if letter == "M" and j < i:
+            part.cells[i][j] = part.cells[j][i]
+        elif matrix[i, j] != 0:
+            part.cells[i][j] = len(part.values)
+            index = f"{i + 1}" if matrix.cols == 1 else f"{i + 1},{j + 1}"
+            name = letter + index.translate(LOWERED), f"{tex}_{{{index}}}"
+            part.add(*(name if len(matrix) > 1 else part.name), matrix[i, j])
     return part
-
-
-def _latex_names(equations: Equations) -> dict[AnyScalar, str]:
-    """How coordinates and velocities are written: Theta_1 → \\theta_{1}, ThetaD_1 → \\dot{…}."""
-    result = {}
-    for symbol in (*equations.q.flat(), *equations.u.flat(), *equations.u_dot.flat()):
-        name, number = symbol.name.split("_")
-        letter = name.rstrip("D")
-        dots = len(name) - len(letter)
-        mark, index = LETTERS[letter]
-        dotted = (mark, rf"\dot{{{mark}}}", rf"\ddot{{{mark}}}")[dots]
-        result[symbol] = f"{dotted}_{{{index}{number}}}"
-    return result
-
-
-def _subscripted(name: str) -> str:
-    """w12 → w_{12}; sines and cosines upright, for s_k is a slide."""
-    name = re.sub(r"^([a-z])(\d+)$", r"\1_{\2}", name)
-    return rf"\mathrm{{{name[0]}}}{name[1:]}" if name.startswith(("s", "c")) else name
-
-
-def _escaped(name: str) -> str:
-    return name.replace("_", r"\_")
 
 
 def intermediates(
@@ -194,43 +227,28 @@ def intermediates(
 ) -> tuple[Shared, list[sympy.Expr]]:
     """Lines to compute first, in order, and the expressions in terms of them.
 
-    Sine and cosine of coordinate k are `s<k>` and `c<k>`, all else that occurs more than once is
-    `w1`, `w2`, …, unless it is a multiple of one symbol. Names of symbols in the expressions
-    are left out. Nothing is expanded or simplified.
+    Sine and cosine of a coordinate are symbols of their text, all else that occurs more than once
+    is `w1`, `w2`, …, if that shortens the lines. Names of symbols in the expressions are left out.
+    Nothing is expanded or simplified.
     """
-    import sympy
-
     placeholders = sympy.numbered_symbols("shared", cls=sympy.Dummy)
     cse: AnyScalar = sympy.cse
     found, reduced = cse(expressions, symbols=placeholders, order="none", list=True)
     # of the lines: a walk over the expressions would meet what they share again and again
     lines = [*(line for _, line in found), *reduced]
-    symbols = {s for line in lines for s in line.free_symbols if not isinstance(s, sympy.Dummy)}
-    used = {s.name for s in symbols if isinstance(s, sympy.Symbol)}
+    uses = Counter(s for line in lines for s in sympy.preorder_traversal(line) if s.is_Symbol)
+    used = {s.name for s in uses}
     numbered = (name for k in count(1) if (name := f"w{k}") not in used)
     new: dict[sympy.Basic, sympy.Basic] = {}
     shared: Shared = []
+    sizes: dict[sympy.Basic, int] = {}
     for placeholder, expression in found:
         value = expression.xreplace(new)
-        _, rest = value.as_coeff_Mul()
-        if rest.is_Symbol:
+        if (uses[placeholder] - 1) * (tree_size(value, sizes) - 1) < LEAST_SAVED:
             new[placeholder] = value
             continue
-        name = _of_angle(value, coordinates)
-        symbol = sympy.Symbol(next(numbered) if name is None or name in used else name, real=True)
-        used.add(symbol.name)
+        of_angle = isinstance(value, sympy.sin | sympy.cos) and value.args[0] in coordinates
+        symbol = sympy.Symbol(str(value) if of_angle else next(numbered), real=True)
         new[placeholder] = symbol
         shared.append((symbol, value))
     return shared, [expression.xreplace(new) for expression in reduced]
-
-
-def _of_angle(value: sympy.Expr, coordinates: Sequence[sympy.Symbol]) -> str | None:
-    """The name of the sine or cosine of a coordinate, None for anything else."""
-    import sympy
-
-    if isinstance(value, sympy.sin | sympy.cos):
-        angle = value.args[0]
-        if isinstance(angle, sympy.Symbol) and angle in coordinates:
-            letter = "s" if isinstance(value, sympy.sin) else "c"
-            return letter + angle.name.rpartition("_")[2]
-    return None

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.model import Model
 from m4e_fmi.report.animation.frames import Frames, frames_of
 from m4e_fmi.report.animation.of_model import scene_of_simulation
 from m4e_fmi.report.animation.page import Part, page, scene_part
 from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import scene_of_text
-from m4e_fmi.results.results_file import AT_STOP, Results, load_results
+from m4e_fmi.results.results_file import AT_STOP, Animation, Results, load_results
 from m4e_fmi.results.series import SCENE
 from m4e_fmi.simulate import Simulation
 
@@ -36,8 +35,11 @@ def animate(model: Model, simulation: Simulation, path: str | Path) -> Path:
     The page loads nothing and is small: poses in 16 bits each. InputError if the simulation is of
     another model.
     """
-    path = Path(path)
-    check_suffix(path, (".html",), "an animation")
+    return Animation(simulation.program.name, model_page(model, simulation)).save(path)
+
+
+def model_page(model: Model, simulation: Simulation) -> str:
+    """The same page as text."""
     missing = [b for b in model.bodies if f"body.{b}.z" not in simulation.values]
     if missing:
         message = f"the simulation of {simulation.program.name!r} has no body {missing[0]!r}"
@@ -45,10 +47,7 @@ def animate(model: Model, simulation: Simulation, path: str | Path) -> Path:
     scene = scene_of_simulation(model, simulation)
     most = min(MODEL_FRAMES, MODEL_POSES // len(model.bodies))
     shown = frames_of(scene, simulation.time, simulation.values, most=most)
-    with written(path) as part:
-        text = page(scene.title, [scene.description], scene_part(scene, shown))
-        part.write_text(text, encoding="utf-8")
-    return path
+    return page(scene.title, [scene.description], scene_part(scene, shown))
 
 
 def animate_run(results: str | Path | Results, path: str | Path) -> Path:
@@ -57,12 +56,8 @@ def animate_run(results: str | Path | Results, path: str | Path) -> Path:
     The page needs nothing else. InputError for results without a scene, of less than two rows, or
     without the variables that the scene follows.
     """
-    path = Path(path)
-    check_suffix(path, (".html",), "an animation")
-    text = run_page(results if isinstance(results, Results) else load_results(results))
-    with written(path) as part:
-        part.write_text(text, encoding="utf-8")
-    return path
+    made = run_page(results if isinstance(results, Results) else load_results(results))
+    return Animation(str(results), made).save(path)
 
 
 def run_page(results: Results) -> str:

@@ -88,6 +88,9 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel]) -> Figure:
             self.savefig(picture, format="png", dpi=DOTS_PER_INCH)
             return picture.getvalue()
 
+        def __reduce__(self) -> tuple[object, ...]:
+            return Figure.__new__, (Figure,), self.__getstate__()
+
     zoomed = bool(len(time)) and time[-1] - time[0] > 2 * ZOOM
     columns = 2 if zoomed else 1
     figure = ShownFigure(figsize=(11, 1.2 + 1.75 * max(1, len(shown))), layout="constrained")

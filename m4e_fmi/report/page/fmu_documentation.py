@@ -15,7 +15,7 @@ from m4e_fmi.fmu import FmuVariable, ModelDescription, Options, described, shown
 from m4e_fmi.fmu.export.model_description import QUANTITIES, display_factor
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
-from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
+from m4e_fmi.multibody.symbolic.equations import MOST_COORDINATES
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing.schematic import model_figure
 from m4e_fmi.report.web.markup import escaped, filled, folded, table, text_of

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from m4e_fmi.analysis import equilibrium, frequency_response, linearize, modes
+from m4e_fmi.analysis import (
+    eigenvalue_sensitivity,
+    equilibrium,
+    frequency_response,
+    linearize,
+    modes,
+    sensitivity,
+    trajectory_sensitivity,
+)
 from m4e_fmi.analysis.response.linear_equations import Held
 from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.model import Body, Joint, Model, Point, TensionDamper, TensionSpring
+from m4e_fmi.model import Body, Joint, Model, Parameter, Point, TensionDamper, TensionSpring
 from m4e_fmi.model.elements import Quantity
 from m4e_fmi.program import Program, Recorder, Variable
 
@@ -285,3 +294,23 @@ def test_a_mean_moves_where_it_is_held_only() -> None:
     free[1, 0] = 0.0
     with pytest.raises(RunError, match="does not hold it in this sea"):
         Held.by(spring).step(free, change)
+
+
+def test_results_are_printed_as_tables_with_units() -> None:
+    """A pendulum of one link, m g L/2 over J + m (L/2)² = 3 g/(2 L)."""
+    model = Model(
+        "link",
+        parameters={"L": Parameter(2, "m")},
+        bodies={"link": Body(1.0, "L**2/12")},
+        joints={"pin": Joint("revolute", "link", joint_to_child=(0, "-L/2"))},
+        gravity=9.81,
+    )
+    linear = linearize(model, inputs=["joint.pin.effort"])
+    assert re.search(r"der\(joint\.pin\.u\) \[rad/s2\] +-7\.3575 +-?0 +0\.75\n", repr(linear))
+    assert re.search(r"\n +1 +2\.71247 +0\.431703 +0 ", repr(modes(linear)).replace("-0 ", "0 "))
+    found = sensitivity(model, of=["der(joint.pin.u)"], by=["joint.pin.q", "L"])
+    assert re.search(r"pin\.u\)\) +/ d\(joint\.pin\.q\) +-7\.3575 +rad/s2/rad", repr(found))
+    change = repr(eigenvalue_sensitivity(model, by=["L"]))
+    assert re.search(r"mode 1, 2\.71247 rad/s: +d\|λ\| / d\(L\) +-0\.67811\d +m", change)
+    course = trajectory_sensitivity(model, of=["joint.pin.q"], by=["joint.pin.q"], stop_time=0.1)
+    assert re.search(r"/ d\(joint\.pin\.q\) +0\.9634\d* +1 +rad/rad", repr(course))

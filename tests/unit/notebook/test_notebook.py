@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from pathlib import Path
 
@@ -52,7 +53,7 @@ def test_equations_are_latex_unless_they_are_long():
     assert m4e.Equations(random_tree(3, size=25))._repr_latex_() is None
     text = m4e.Equations(PENDULUM)._repr_latex_()
     assert text is not None
-    assert r"M_{2,2} = J + \frac{L^{2} m}{4}" in text
+    assert r"& J + \frac{L^{2} \, m}{4} \end{bmatrix}" in text
 
 
 def test_results_become_a_dataset_with_units(run):
@@ -105,3 +106,17 @@ def test_an_animation_is_shown_in_a_frame(run, tmp_path):
     assert re.fullmatch(r"Animation of '.*s\.nc': \d+ kB of HTML", repr(made))
     with pytest.raises(InputError, match=r"use \.html"):
         made.save(tmp_path / "a.gif")
+
+
+def test_a_simulation_of_a_model_is_animated(tmp_path):
+    motion = m4e.simulate(PENDULUM, stop_time=0.1)
+    path = m4e.report.animate(m4e.load_model(PENDULUM), motion, tmp_path / "a.html")
+    assert motion.animate().page == path.read_text("utf-8")
+    alone = m4e.simulate(m4e.model_program(PENDULUM), stop_time=0.1)
+    with pytest.raises(InputError, match="no bodies to be shown"):
+        alone.animate()
+
+
+def test_a_figure_is_pickled(run):
+    figure = pickle.loads(pickle.dumps(run.results().plot()))
+    assert figure.axes[-1].get_xlabel() == "time [s]"

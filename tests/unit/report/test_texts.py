@@ -48,6 +48,33 @@ def test_what_stands_still_or_moves_by_rounding_is_left_out() -> None:
     assert [list(panel.series) for panel in moving(panels(lost))] == [[*moved]]
 
 
+def test_mechanisms_are_shown_by_their_joints() -> None:
+    """Angles, positions, efforts; those of bodies where there is water, or no joint."""
+    bodies = series("m", body_m_x=1.0, body_m_z=1.0) | series("rad", body_m_theta=1.0)
+    joints = series("rad", joint_pin_q=1.0) | series("m", joint_rail_q=1.0)
+    efforts = series("N.m", arm_pin_effort=1.0, load_coil_moment=2.0) | series(
+        "N", a_rail_effort=3.0
+    )
+    titles = ["joint angles", "joint positions", "efforts", "efforts"]
+    assert [panel.title for panel in panels(bodies | joints | efforts)] == titles
+    assert [panel.title for panel in panels(bodies | series("rad", joint_pin_q=1.0))] == titles[:1]
+    wave = series("m", wave_elevation=1.0)
+    usual = ["motion from start", "rotation"]
+    assert [panel.title for panel in panels(bodies)] == usual
+    assert [panel.title for panel in panels(bodies | joints | wave)] == ["wave elevation", *usual]
+
+
+def test_angles_are_drawn_without_jumps_and_kept_as_they_are() -> None:
+    """A turn and a half in steps of 0.1 rad; what is beyond half a turn has no jumps by itself."""
+    angle = np.arange(0.0, 3 * np.pi, 0.1)
+    turned = Series("body.m.psi", "rad", "", (angle + np.pi) % (2 * np.pi) - np.pi)
+    spun = Series("body.m.theta", "rad", "", 40 * angle)
+    (panel,) = by_unit({"psi": turned, "theta": spun})
+    np.testing.assert_allclose(panel.curves["psi"], angle, atol=1e-12)
+    np.testing.assert_array_equal(panel.curves["theta"], 40 * angle)
+    assert turned.values.max() < np.pi
+
+
 def test_of_many_series_those_that_vary_most_are_shown() -> None:
     (panel,) = by_unit({f"{k}": Series(f"{k}", "m", "", k * SINE) for k in range(10)})
     shown = fitting(panel)
