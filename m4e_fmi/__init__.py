@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         modes,
         sensitivity,
         trajectory_sensitivity,
+        trimmed,
     )
     from m4e_fmi.analysis.comparison import compare
     from m4e_fmi.analysis.decay import fit_decay
@@ -77,6 +78,7 @@ __all__ = [
     "system_in_waves",
     "system_program",
     "trajectory_sensitivity",
+    "trimmed",
     "validate_fmu",
     "wave_response",
     "write_report",
@@ -90,6 +92,7 @@ _MODULES = {
         "modes",
         "sensitivity",
         "trajectory_sensitivity",
+        "trimmed",
     ),
     "analysis.comparison": ("compare",),
     "analysis.decay": ("fit_decay",),
