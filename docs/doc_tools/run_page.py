@@ -109,6 +109,8 @@ def _run_shell(block: Block, place: str) -> None:
                 load_system(file)
             case ["m4e-fmi", *given]:
                 _printed(lambda given=given: _succeed(given), f"{place}: {line}")
+            case _:
+                pass  # for reading only
 
 
 def _succeed(given: list[str]) -> None:
