@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from m4e_fmi.fmu import build_fmu, read_description, validate_fmu
     from m4e_fmi.model import Model, load_model
     from m4e_fmi.multibody import Equations, model_program
-    from m4e_fmi.results.results_file import load
+    from m4e_fmi.results.load import load
     from m4e_fmi.simulate import simulate
     from m4e_fmi.study import load_study, study, write_report
 
@@ -108,9 +108,9 @@ _MODULES = {
     "fmu": ("build_fmu", "read_description", "validate_fmu"),
     "model": ("Model", "load_model"),
     "multibody": ("Equations", "model_program"),
-    "results.results_file": ("load",),
     "simulate": ("simulate",),
     "study": ("load_study", "study", "write_report"),
+    "results.load": ("load",),
 }
 # the package `simulate` is its verb, too
 __getattr__, __dir__ = lazy(__name__, _MODULES)

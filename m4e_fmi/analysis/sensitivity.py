@@ -69,6 +69,14 @@ class EigenvalueSensitivity:
         with np.errstate(invalid="ignore"):
             return (eigenvalues.conj() * self.values).real / np.abs(eigenvalues)
 
+    @property
+    def damping_ratios(self) -> Floats:
+        """d(−Re λ_k/|λ_k|) / d by[j], shape (modes, by) [1 by the unit of by]."""
+        eigenvalues = self.modes.eigenvalues[:, None]
+        with np.errstate(invalid="ignore"):
+            share = eigenvalues.real * self.frequencies / np.abs(eigenvalues)
+            return (share - self.values.real) / np.abs(eigenvalues)
+
     def __repr__(self) -> str:
         title = f"EigenvalueSensitivity of {len(self.modes.eigenvalues)} eigenvalues"
         return listing(title, by=self.by)
@@ -97,7 +105,8 @@ class Sensitivities:
             self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))  # pyrefly: ignore[possibly-uninitialized-attribute]
 
     @cached_property
-    def _linearizer(self) -> Linearizer:
+    def linearizer(self) -> Linearizer:
+        """The linear equations whose eigenvalues are derived."""
         return Linearizer(self.program)
 
     @property
@@ -113,19 +122,24 @@ class Sensitivities:
         n = len(self.by)
         return Sensitivity(self.of, self.by, slopes[:, :n] + slopes[:, n:] @ self._shift(point))
 
-    def of_eigenvalues(self, at: At = None, *, time: float | None = None) -> EigenvalueSensitivity:
-        """Of the eigenvalues of A at a point; by dA/dp, exact second derivatives."""
+    def of_eigenvalues(
+        self, at: At = None, *, time: float | None = None, grouped: bool = False
+    ) -> EigenvalueSensitivity:
+        """Of the eigenvalues of A at a point; by dA/dp, exact second derivatives.
+
+        Equal ones have no derivatives; their mean has, which is given for each with `grouped`.
+        """
         point = operating_point(self.program, at, time=time, model=self._model)
-        found = modes(self._linearizer.at(point))
+        found = modes(self.linearizer.at(point))
         names = [v.name for v in self.by]
         shift = self._shift(point)
+        groups = _groups(found, grouped=grouped)
         columns = []
         for j, unit in enumerate(np.eye(len(names))):
             direction = dict(zip([*names, *self._moved], [*unit, *shift[:, j]], strict=True))
-            change = self._linearizer.change(point, direction)
-            columns.append(np.einsum("ik,ij,jk->k", found.left.conj(), change, found.right))
+            change = self.linearizer.change(point, direction)
+            columns.append([_mean_change(found, change, group) for group in groups])
         values = np.array(columns).T.reshape(len(found.eigenvalues), len(names))
-        values[_repeated(found)] = np.nan
         return EigenvalueSensitivity(found, self.by, values)
 
     def _shift(self, point: OperatingPoint) -> Floats:
@@ -139,12 +153,28 @@ class Sensitivities:
         return listing(f"Sensitivities of {self.program.name!r}", of=self.of, by=self.by)
 
 
-def _repeated(found: Modes) -> NDArray[np.bool_]:
-    """Which eigenvalues are zero, or equal to another."""
+def _groups(found: Modes, *, grouped: bool) -> list[NDArray[np.intp]]:
+    """Of each eigenvalue those that equal it, with itself; none if it has no derivative.
+
+    These are zeros, real ones that are about to oscillate, and unless `grouped` all that are equal.
+    """
     values = found.eigenvalues
-    everything = np.concatenate([values, values.conj()[values.imag > 0]])
-    near = np.abs(values[:, None] - everything) <= REPEATED * np.max(found.frequencies, initial=0.0)
-    return (near.sum(axis=1) > 1) | (values == 0)
+    near = REPEATED * np.max(found.frequencies, initial=0.0)
+    groups = []
+    for value in values:
+        group = np.flatnonzero(np.abs(values - value) <= near)
+        single = len(group) == 1 or (grouped and abs(value.imag) > near)
+        turns = 0.0 < 2.0 * value.imag <= near
+        groups.append(group if value and single and not turns else group[:0])
+    return groups
+
+
+def _mean_change(found: Modes, change: Floats, group: NDArray[np.intp]) -> complex:
+    """The change of the mean of a group of eigenvalues with a `change` of A; nan for none."""
+    left, right = found.left[:, group].conj().T, found.right[:, group]
+    if not group.size or np.linalg.cond(left @ right) > 1.0 / REPEATED:
+        return complex(np.nan)
+    return complex(np.trace(np.linalg.solve(left @ right, left @ change @ right)) / len(group))
 
 
 def sensitivity(

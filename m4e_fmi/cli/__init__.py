@@ -54,10 +54,11 @@ EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = {
+    run: "co-simulate a system of FMUs",
+    simulate: "simulate one model, a system as one program, or any FMU",
     new: "write a working start: a model, a system, a controller",
     equations: "print the equations of motion of a model or a system",
     draw: "draw a model in its start pose",
-    simulate: "simulate one model, or a system as one program, in this process",
     equilibrium: "where a model or a system is at rest, and the forces there",
     linearize: "equilibrium, frequencies, damping, state space",
     rao: "response of a system to waves; statistics in a sea",
@@ -66,7 +67,6 @@ COMMANDS = {
     build: "build the FMU of a model, or all of a system",
     info: "show the contents of a model, a system or an FMU",
     validate: "check FMUs: their descriptions and their behaviour",
-    run: "co-simulate a system of FMUs",
     study: "many runs: sea states, parameters, samples",
     report: "one HTML page of results: of a run, a simulation or a study",
     compare: "differences of results from a reference",
@@ -85,8 +85,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     gc.set_threshold(*COLLECTION)
-    options = _parser().parse_args(arguments)
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if words[:1] == ["help"]:
+        words = [*words[1:], "--help"]
+    options = _parser().parse_args(words)
     options.given = shlex.join(["m4e-fmi", *words])
     try:
         with logged(options, words):
@@ -174,7 +176,9 @@ class _Parser(argparse.ArgumentParser):
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value not in action.choices:
-            remedy = suggestion(str(value), map(str, action.choices))
+            names = list(map(str, action.choices))
+            near = suggestion(str(value), names)
+            remedy = near if "did you mean" in near else f"known: {', '.join(names)}"
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}; {remedy}")
 
 
@@ -183,7 +187,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="m4e-fmi",
         description="Equations of motion, FMUs and co-simulation of multibody systems.",
-        epilog="Each command has its own --help.",
+        epilog="m4e-fmi help COMMAND shows the options of one.",
     )
     parser.add_argument("--version", action="version", version=f"m4e_fmi {m4e_fmi.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)

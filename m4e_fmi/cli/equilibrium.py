@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import note, show_result
+from m4e_fmi.cli.shared.log import add_log, note, show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
@@ -15,7 +16,7 @@ from m4e_fmi.cli.shared.options import (
     pairs,
     start_values,
 )
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, RunError
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import OperatingPoint
@@ -35,11 +36,13 @@ def add(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--such-that",
-        nargs=2,
+        nargs="+",
         action="append",
         default=[],
         metavar=("NAME", "VALUE"),
-        help="the equilibrium in which this output or state has this value; may be given again",
+        help="the equilibrium in which this output or state has this value, or this mode, as "
+        "'mode 1 frequency' '2 Hz', 'mode 1 damping' 0.05 by the numbers of linearize; may be "
+        "given again",
     )
     command.add_argument(
         "--vary",
@@ -52,13 +55,16 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument("--time", type=finite, default=0.0, metavar="S", help="default 0 s")
     add_options(command, "--start-value")
     command.add_argument("--json", action="store_true", help="print all values as JSON")
+    add_log(command)
     command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.analysis.rest_notes import rest_notes
+    from m4e_fmi.analysis.trim import modes_named
     from m4e_fmi.report import equilibrium_text, equilibrium_values
 
+    options.such_that = pairs("--such-that", list(map(_named_value, options.such_that)))
     source, at = load_equations(options), start_values(options)
     try:
         point = _found(source, at, options)
@@ -66,11 +72,25 @@ def _run(options: argparse.Namespace) -> None:
         also = "" if options.nearest else "; or take --nearest, which finds unstable ones, too"
         raise RunError(error.message, error.remedy + also) from None
     notes = rest_notes(point)
-    text = equilibrium_text(point, varied=options.vary, notes=notes)
-    show_result(text, equilibrium_values(point), options)
+    of_modes = modes_named(point, options.such_that)
+    text = equilibrium_text(point, varied=options.vary, of_modes=of_modes, notes=notes)
+    show_result(text, equilibrium_values(point) | of_modes, options)
     if options.json:
         for line in notes:
             note(f"note: {line}")
+
+
+def _named_value(words: Sequence[str]) -> Sequence[str]:
+    """Name and value of NAME VALUE, or of "NAME = VALUE"; InputError for anything else."""
+    text = " ".join(words)
+    if len(words) == 2 and "=" not in text:
+        return words
+    name, _, value = (part.strip() for part in text.partition("="))
+    if not (name and value):
+        message = f"--such-that {text}: expected a name and a value"
+        remedy = "quote what has blanks: --such-that 'mode 1 frequency' '2 Hz'"
+        raise InputError.single(message, remedy)
+    return name, value
 
 
 def _found(
@@ -81,7 +101,7 @@ def _found(
     if options.such_that or options.vary:
         return trimmed(
             source,
-            such_that=pairs("--such-that", options.such_that),
+            such_that=options.such_that,
             vary=options.vary,
             at=at,
             time=options.time,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import show_result
+from m4e_fmi.cli.shared.log import add_log, show_result
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
@@ -41,6 +41,7 @@ def add(command: argparse.ArgumentParser) -> None:
         command.add_argument(flag, nargs="+", action="extend", metavar="NAME", help=text)
     add_options(command, "--start-value")
     command.add_argument("--json", action="store_true", help="print everything as JSON")
+    add_log(command)
     command.set_defaults(command=_run)
 
 

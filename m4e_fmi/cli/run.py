@@ -11,6 +11,7 @@ from m4e_fmi.cli.shared.log import add_log, print_files, progress, say, show, te
 from m4e_fmi.cli.shared.options import (
     add_options,
     animation_file,
+    is_fmu,
     load_system,
     output_file,
     report_file,
@@ -25,7 +26,9 @@ if TYPE_CHECKING:
 
 def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `run`."""
-    command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
+    command.add_argument(
+        "system", type=Path, help="a system file (YAML), package (.ssp), or an FMU"
+    )
     _add_course(command)
     _add_modes(command)
     add_options(command, "--animate", "--report", "--no-plot")
@@ -105,6 +108,13 @@ def _time(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not a valid duration: {TIMES}") from None
 
 
+def defaults(fmu: Path) -> argparse.Namespace:
+    """The options of a run of an FMU that are not given."""
+    command = argparse.ArgumentParser()
+    add(command)
+    return command.parse_args([str(fmu)])
+
+
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import at_equilibrium
     from m4e_fmi.files.locks import claimed
@@ -134,7 +144,16 @@ def _system(options: argparse.Namespace) -> System:
     times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
     settings = {key: getattr(options, key) for key in times}
     given = start_values(options)
+    if is_fmu(options.system):  # names of its variables may do without it
+        name = system.components[0].name
+        given = {_of_component(name, one): value for one, value in given.items()}
+        options.variables = [_of_component(name, one) for one in options.variables]
     return system.changed(start=given, origin="command line", **settings)
+
+
+def _of_component(component: str, name: str) -> str:
+    """``component.variable`` of a variable's name, which may have the component already."""
+    return name if name.startswith(f"{component}.") else f"{component}.{name}"
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:

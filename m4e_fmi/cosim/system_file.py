@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints
 
 from m4e_fmi.cosim.ssp.parameters import read_parameter_set
-from m4e_fmi.cosim.ssp.read import read_ssp
+from m4e_fmi.cosim.ssp.read import STEPS, STOP_TIME, read_ssp
 from m4e_fmi.cosim.system.component import (
     Component,
     FmuFile,
@@ -26,7 +26,8 @@ from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import Action, ParameterSet, System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section
-from m4e_fmi.files.file_kinds import SSP_SUFFIX, SYSTEM, as_path, check_keys
+from m4e_fmi.files.file_kinds import FMU_SUFFIX, SSP_SUFFIX, SYSTEM, as_path, check_keys
+from m4e_fmi.fmu.importer.reading import read_description
 
 _NAME = re.compile(r"^[A-Za-z_]\w*$")
 
@@ -72,10 +73,32 @@ COMMON = tuple(_ComponentSection.model_fields)
 
 
 def load_system(path: str | Path) -> System:
-    """The system in a YAML file or an SSP package; InputError with all problems found in it."""
-    if as_path(path).suffix.lower() == SSP_SUFFIX:
+    """The system in a YAML file or an SSP package, or of one FMU, which is its only component.
+
+    InputError with all problems found in it.
+    """
+    suffix = as_path(path).suffix.lower()
+    if suffix == SSP_SUFFIX:
         return read_ssp(path)
+    if suffix == FMU_SUFFIX:
+        return _system_of_fmu(Path(path))
     return read_system(Document.load(path))
+
+
+def _system_of_fmu(path: Path) -> System:
+    """The system whose only component is an FMU, with the times of its default experiment."""
+    fmu = read_description(path)
+    notes, start, stop = [], fmu.start_time, fmu.stop_time
+    if stop is None:
+        stop = start + STOP_TIME
+        notes.append(f"names no stop time: {stop:g} s is taken (--stop-time)")
+    step = fmu.step_size or fmu.internal_step
+    if step is None:
+        step = (stop - start) / STEPS
+        notes.append(f"names no step: {step:g} s is taken (--step-size)")
+    component = Component(fmu.identifier, FmuFile(path.absolute()))
+    times = Simulation(stop, step, start_time=start)
+    return System(fmu.identifier, (component,), (), times, notes=tuple(notes))
 
 
 def read_system(document: Document) -> System:

@@ -11,10 +11,10 @@ from m4e_fmi.errors import InputError, is_file
 MODEL, SYSTEM, FMU, YAML_FILE = "a model", "a system", "an FMU", "a YAML file"
 _PACKAGE, _RESULTS = "a package of a system", "a file of results"
 _CODE = "Python code"
-URDF_SUFFIX, SSP_SUFFIX = ".urdf", ".ssp"
+URDF_SUFFIX, SSP_SUFFIX, FMU_SUFFIX = ".urdf", ".ssp", ".fmu"
 _OF_SUFFIX = {
     URDF_SUFFIX: MODEL,
-    ".fmu": FMU,
+    FMU_SUFFIX: FMU,
     SSP_SUFFIX: _PACKAGE,
     ".nc": _RESULTS,
     ".py": _CODE,
@@ -24,8 +24,8 @@ _REMEDIES = {
     "FMU, which `m4e-fmi validate` checks; in a system file it is a component: {model: NAME}",
     SYSTEM: "`m4e-fmi info` shows it, `m4e-fmi run` runs it, `m4e-fmi build` builds its FMUs, "
     "which `m4e-fmi validate` checks",
-    FMU: "`m4e-fmi info` shows it, `m4e-fmi validate` checks it; in a system file, which "
-    "`m4e-fmi run` runs, it is a component: {fmu: NAME}",
+    FMU: "`m4e-fmi info` shows it, `m4e-fmi simulate` simulates it, `m4e-fmi validate` checks it; "
+    "in a system file, which `m4e-fmi run` runs, it is a component: {fmu: NAME}",
     _PACKAGE: "`m4e-fmi info` shows it, `m4e-fmi run` runs it",
     _RESULTS: "`m4e-fmi compare` compares it, `m4e-fmi decay` finds damping in it; `m4e_fmi.load` "
     "reads netCDF in Python",

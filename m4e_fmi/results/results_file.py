@@ -60,7 +60,7 @@ FORMAT_NUMBER = 1
 WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
 AT_STOP = "at the stop time"
 """How a run has ended that was complete."""
-OF_A_STUDY = "it is the result of a study: `xarray.open_dataset` reads it"
+OF_A_STUDY = "it is the result of a study: `m4e_fmi.load` reads it"
 _READ = 2**28
 """Bytes that are read at once of a netCDF-4 file, about."""
 _SMALLER = "read parts of it with netCDF4 or xarray, or record less: output_interval, --variables"

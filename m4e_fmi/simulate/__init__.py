@@ -24,6 +24,8 @@ __all__ = [
     "started",
 ]
 
+__doc__ = simulate.__doc__
+
 
 class _Verb(ModuleType):
     """A package that is called like its function: one name cannot be both in `m4e_fmi`."""

@@ -28,6 +28,8 @@ __all__ = [
     "write_report",
 ]
 
+__doc__ = run_study.__doc__
+
 
 class _Verb(ModuleType):
     """A package that is called like its function: one name cannot be both in `m4e_fmi`."""

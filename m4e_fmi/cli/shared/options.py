@@ -185,6 +185,13 @@ def output_file(options: argparse.Namespace, name: str) -> Path:
     return path
 
 
+def is_fmu(path: Path) -> bool:
+    """True for the file of an FMU, by its name."""
+    from m4e_fmi.files.file_kinds import FMU_SUFFIX
+
+    return path.suffix.lower() == FMU_SUFFIX
+
+
 def is_system(path: Path) -> bool:
     """True for a file of a system, not a model: a package, or YAML with components."""
     from m4e_fmi.files.document import Document

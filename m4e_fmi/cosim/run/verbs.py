@@ -38,7 +38,7 @@ def run(
     tell: Callable[[str], None] | None = None,
     variables: Sequence[str] = (),
     warn: Warn | None = None,
-    beside: Sequence[Path] = (),
+    beside: Sequence[str | Path] = (),
     resume: bool | str | Path = False,
     animated: bool = False,
     certify: bool = True,
@@ -82,7 +82,7 @@ def run(
             progress=progress,
             warn=warn,
             tell=tell,
-            beside=beside,
+            beside=list(map(Path, beside)),
             checkpoint=checkpoint,
         )
         options.warn_of([*ready.warnings, *_no_checkpoints(ready, options)])

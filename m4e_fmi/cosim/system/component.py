@@ -18,6 +18,7 @@ from pydantic import AfterValidator, Field
 from m4e_fmi.cosim.system.simulation import Simulation, Time, fits, misfit, seconds
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host
@@ -81,12 +82,18 @@ class FmuFile:
     path: Path
     member: str = ""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", as_path(self.path))
+
 
 @dataclass(frozen=True)
 class ModelFile:
     """A component to be built from a multibody model (`*.model.yaml`)."""
 
     path: Path
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", as_path(self.path))
 
 
 @short

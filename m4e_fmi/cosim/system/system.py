@@ -13,6 +13,7 @@ from m4e_fmi.cosim.system.component import Component, Processes, Start, StartVal
 from m4e_fmi.cosim.system.simulation import SETTINGS, Simulation, Time
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location, Section, rejected
+from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.limits import LONGEST_RUN
 from m4e_fmi.shown import listing
 
@@ -165,6 +166,7 @@ class System:
     origins: Mapping[str, Origin] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "folder", as_path(self.folder))
         found = step_problems(self.components, self.simulation)
         InputError.raise_for(self.problem(p.keys, p.message, p.remedy) for p in found)
 

@@ -82,8 +82,9 @@ class Description:
     `resolved` tells of outputs whose dependencies are known from elsewhere, and how (see
     `cosim.wiring.structure`). `output_derivatives` and `input_derivatives` lead from a variable to
     the one declared as its time derivative.
-    `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
-    if it tells one (fixedInternalStepSize, FMI 3.0), `tool` the one that made it.
+    `start_time`, `stop_time` and `step_size` are the default experiment's [s], `internal_step` that
+    by which the FMU goes inside, if it tells one (fixedInternalStepSize, FMI 3.0), `tool` the one
+    that made it.
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `serializes_state`
     (fmi2SerializeFMUstate, fmi2DeSerializeFMUstate), follow time derivatives of inputs up to
@@ -104,6 +105,8 @@ class Description:
     input_derivatives: dict[str, str] = field(repr=False)
     resolved: Mapping[str, str] = field(default_factory=dict, repr=False)
     version: str = "2.0"
+    start_time: float = 0.0
+    stop_time: float | None = None
     step_size: float | None = None
     internal_step: float | None = None
     constant_step: bool = False
@@ -254,7 +257,9 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
     initial = declared(raw.initialUnknowns)
     outputs = [name for name, v in variables.items() if v.causality == "output"]
     tool = raw.generationTool or ""
-    step = getattr(raw.defaultExperiment, "stepSize", None)  # FMPy leaves it a text
+    keys = ("startTime", "stopTime", "stepSize")
+    times = [getattr(raw.defaultExperiment, key, None) for key in keys]  # FMPy leaves them texts
+    start, stop, step = (float(time) if time else None for time in times)
     internal = float(raw.coSimulation.fixedInternalStepSize or 0.0)
     # native FMUs of ours leave out long lists of all, and no others
     whole = tool.startswith(OWN_TOOL) and raw.modelExchange is not None
@@ -274,7 +279,9 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
         undeclared=undeclared,
         output_derivatives=_derivatives(variables, "output"),
         input_derivatives=_derivatives(variables, "input"),
-        step_size=float(step) if step else None,
+        start_time=start or 0.0,
+        stop_time=stop,
+        step_size=step,
         internal_step=internal if 0.0 < internal < math.inf else None,
         constant_step=not raw.coSimulation.canHandleVariableCommunicationStepSize,
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),

@@ -93,7 +93,7 @@ MOST_SHOWN = 8
 """Variables in a picture: those with the largest differences."""
 
 
-def plot_differences(found: Comparison, picture: Path) -> Path:
+def plot_differences(found: Comparison, picture: str | Path) -> Path:
     """Draw a comparison to `picture`. InputError if no picture has such a suffix."""
     from matplotlib.figure import Figure
 

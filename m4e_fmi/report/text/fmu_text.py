@@ -24,7 +24,7 @@ REALS = ("Real", "Float64")
 """Types that are not told."""
 
 
-def fmu_text(path: Path) -> str:
+def fmu_text(path: str | Path) -> str:
     """Identity, kinds, capabilities, platforms and variables of an FMU.
 
     An output is followed by the inputs and states it depends on; ``← ?`` where it declares none.
@@ -35,7 +35,7 @@ def fmu_text(path: Path) -> str:
     variables = found["variables"]
     kinds = " and ".join(found["kinds"])
     lines = [
-        f"{path.name}: {found['modelName']}, FMI {found['fmiVersion']} {kinds}, "
+        f"{Path(path).name}: {found['modelName']}, FMI {found['fmiVersion']} {kinds}, "
         f"{len(variables)} variables",
         f"{found['size'] / 1e3:.0f} kB, {found['unpacked'] / 1e3:.0f} kB unpacked; platforms: "
         f"{', '.join(found['platforms']) or 'none'}{'; sources' if found['sources'] else ''}",

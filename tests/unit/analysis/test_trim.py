@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
-from m4e_fmi.analysis import trimmed
-from m4e_fmi.errors import M4eError
+from m4e_fmi.analysis import linearize, modes, trimmed
+from m4e_fmi.errors import M4eError, RunError
 from m4e_fmi.model import Body, Joint, JointEffort, Model, Parameter
 from m4e_fmi.program import Program, Recorder, Scalar, Variable, sqrt
 
@@ -61,7 +62,10 @@ def pendulum() -> Model:
 
 @pytest.mark.parametrize("second", ["joint.elbow.q", "body.lower.theta"])
 def test_efforts_hold_a_pose_far_from_rest(second: str) -> None:
-    """Statics by hand: the elbow carries half a link, the shoulder that and one and a half."""
+    """Statics by hand: the elbow carries half a link, the shoulder that and one and a half.
+
+    These are 4.1274 and 17.5077 N.m.
+    """
     efforts = ["joint.shoulder.effort", "joint.elbow.effort"]
     point = trimmed(pendulum(), such_that={"joint.shoulder.q": 2.0, second: 1.0}, vary=efforts)
     lower = 0.5 * G * math.sin(1.0)
@@ -110,3 +114,101 @@ def test_what_cannot_be_held(
 ) -> None:
     with pytest.raises(M4eError, match=said):
         trimmed(system, such_that=such_that, vary=vary)
+
+
+def sprung(m: float = 1.0) -> Model:
+    """The double pendulum with springs in its joints and a damper at the shoulder."""
+    plain = pendulum()
+    parameters = {
+        "k1": Parameter(1.0, "N.m/rad"),
+        "k2": Parameter(1.0, "N.m/rad"),
+        "c": Parameter(0.1, "N.m.s/rad"),
+    }
+    loads = {
+        "first": JointEffort("shoulder", "-k1*joint.shoulder.q - c*joint.shoulder.u"),
+        "second": JointEffort("elbow", "-k2*joint.elbow.q"),
+    }
+    bodies = {name: Body(m, 0.1) for name in plain.bodies}
+    return Model("sprung", bodies, plain.joints, parameters=parameters, loads=loads, gravity=G)
+
+
+def test_stiffness_for_a_frequency() -> None:
+    """A mass m on a spring k: omega² = k/m; the block has 2 kg, the bob a higher frequency."""
+    block = model()
+    loads = {**block.loads, "spring": JointEffort("rail", "push - c*joint.rail.q")}
+    parameters = {**block.parameters, "c": Parameter(5.0, "N/m"), "k": Parameter(9e3, "N.m/rad")}
+    block = replace(block, loads=loads, parameters=parameters)
+    point = trimmed(block, such_that={"mode 1": "2 Hz"}, vary=["c"])
+    assert point["c"] == pytest.approx(2.0 * (4.0 * math.pi) ** 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(("first", "second"), [("k1", "k2"), ("k2", "k1"), ("k1", "c")])
+def test_two_frequencies_by_two_parameters(first: str, second: str) -> None:
+    """Those of other parameters, found again by the names that linearize has."""
+    start = {"k1": 30.0, "k2": 12.0, "c": 2.0}
+    goal = modes(linearize(sprung(), at={**start, first: 41.0, second: 7.0})).frequencies
+    wanted = {f"mode {k} frequency": f"{float(goal[k - 1])!r} rad/s" for k in (2, 1)}
+    point = trimmed(sprung(), such_that=wanted, vary=[first, second], at=start)
+    found = modes(linearize(sprung(), at=point)).frequencies
+    assert found == pytest.approx(goal, rel=1e-8)
+    assert point[first] == pytest.approx(41.0, rel=1e-6)
+
+
+def test_frequency_damping_ratio_and_place_at_once() -> None:
+    """m q̈ + c q̇ + k q = push: k = m omega², c = 2 zeta m omega, push = k q."""
+    block = Model(
+        "block",
+        {"block": Body(2.0, 1.0)},
+        {"rail": Joint("prismatic", "block", direction=(1.0, 0.0))},
+        parameters={name: Parameter(1.0, unit) for name, unit in UNITS.items()},
+        loads={"all": JointEffort("rail", "push - k*joint.rail.q - c*joint.rail.u")},
+    )
+    wanted = {"mode 1 damping": "5 %", "joint.rail.q": "3 cm", "mode 1 frequency": "0.5 Hz"}
+    point = trimmed(block, such_that=wanted, vary=["push", "c", "k"])
+    stiffness = 2.0 * math.pi**2
+    assert point["k"] == pytest.approx(stiffness, rel=1e-9)
+    assert point["c"] == pytest.approx(2 * 0.05 * 2.0 * math.pi, rel=1e-8)
+    assert point["push"] == pytest.approx(0.03 * stiffness, rel=1e-9)
+
+
+def test_a_mode_keeps_its_number_not_its_shape() -> None:
+    """The block (100 N/m, 2 kg) stays mode 1 or 2: mode 1 is never faster than it."""
+    with pytest.raises(RunError, match=r"mode 1 frequency \[Hz\] = 1\.12\d* instead of 2 "):
+        trimmed(model(), such_that={"mode 1": "2 Hz"}, vary=["k"])
+
+
+UNITS = {"k": "N/m", "c": "N.s/m", "push": "N"}
+MODES: tuple[tuple[dict[str, float | str], str], ...] = (
+    ({"mode 9": "2 Hz"}, "no mode 9 among its 2(.|\n)*linearize"),
+    ({"mode 1 frequency": 2.0}, "it has no unit: write '2.0 Hz'"),
+    ({"mode 1": "2 kg"}, "kg is not rad/s"),
+    ({"mode 1": "0 Hz"}, "above zero"),
+    ({"mode 1 damping": 1.5}, "between -1 and 1"),
+    ({"mode one": 1.0}, "'mode one' names nothing of a mode(.|\n)*write 'mode 1 frequency'"),
+    ({"mode 2 frequency": "90 Hz", "mode 1 frequency": "89 Hz"}, r"instead of 90.* = \d.*k1 = \d"),
+)
+
+
+@pytest.mark.parametrize(("such_that", "said"), MODES)
+def test_modes_that_cannot_be(such_that: dict[str, float | str], said: str) -> None:
+    with pytest.raises(M4eError, match=said):
+        trimmed(sprung(), such_that=such_that, vary=["k1", "k2"][: len(such_that)])
+
+
+def test_a_mode_that_does_not_oscillate() -> None:
+    with pytest.raises(RunError, match="mode 1 does not oscillate"):
+        trimmed(sprung(), such_that={"mode 1": "1 Hz"}, vary=["k2"], at={"c": 1e3})
+
+
+def test_frequencies_that_stay_equal() -> None:
+    """Two equal oscillators: neither mode has a derivative, but both move together."""
+    rail = Joint("prismatic", "one", direction=(1.0, 0.0))
+    pair = Model(
+        "pair",
+        {name: Body(2.0, 1.0) for name in ("one", "two")},
+        {"one": rail, "two": replace(rail, child="two")},
+        parameters={"k": Parameter(3.0, "N/m")},
+        loads={name: JointEffort(name, f"-k*joint.{name}.q") for name in ("one", "two")},
+    )
+    point = trimmed(pair, such_that={"mode 2": "1 Hz"}, vary=["k"])
+    assert point["k"] == pytest.approx(8.0 * math.pi**2, rel=1e-9)
