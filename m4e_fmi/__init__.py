@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         modes,
         sensitivity,
         trajectory_sensitivity,
+        trimmed,
     )
     from m4e_fmi.analysis.comparison import compare
     from m4e_fmi.analysis.decay import fit_decay
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from m4e_fmi.fmu import build_fmu, read_description, validate_fmu
     from m4e_fmi.model import Model, load_model
     from m4e_fmi.multibody import Equations, model_program
-    from m4e_fmi.results.load import load
+    from m4e_fmi.results.results_file import load
     from m4e_fmi.simulate import simulate
     from m4e_fmi.study import load_study, study, write_report
 
@@ -77,6 +78,7 @@ __all__ = [
     "system_in_waves",
     "system_program",
     "trajectory_sensitivity",
+    "trimmed",
     "validate_fmu",
     "wave_response",
     "write_report",
@@ -90,6 +92,7 @@ _MODULES = {
         "modes",
         "sensitivity",
         "trajectory_sensitivity",
+        "trimmed",
     ),
     "analysis.comparison": ("compare",),
     "analysis.decay": ("fit_decay",),
@@ -110,7 +113,7 @@ _MODULES = {
     "multibody": ("Equations", "model_program"),
     "simulate": ("simulate",),
     "study": ("load_study", "study", "write_report"),
-    "results.load": ("load",),
+    "results.results_file": ("load",),
 }
 # the package `simulate` is its verb, too
 __getattr__, __dir__ = lazy(__name__, _MODULES)

@@ -74,8 +74,8 @@ class EigenvalueSensitivity:
         """d(−Re λ_k/|λ_k|) / d by[j], shape (modes, by) [1 by the unit of by]."""
         eigenvalues = self.modes.eigenvalues[:, None]
         with np.errstate(invalid="ignore"):
-            share = eigenvalues.real * self.frequencies / np.abs(eigenvalues)
-            return (share - self.values.real) / np.abs(eigenvalues)
+            ratios = -eigenvalues.real / np.abs(eigenvalues)
+            return -(self.values.real + ratios * self.frequencies) / np.abs(eigenvalues)
 
     def __repr__(self) -> str:
         title = f"EigenvalueSensitivity of {len(self.modes.eigenvalues)} eigenvalues"
@@ -163,9 +163,8 @@ def _groups(found: Modes, *, grouped: bool) -> list[NDArray[np.intp]]:
     groups = []
     for value in values:
         group = np.flatnonzero(np.abs(values - value) <= near)
-        single = len(group) == 1 or (grouped and abs(value.imag) > near)
-        turns = 0.0 < 2.0 * value.imag <= near
-        groups.append(group if value and single and not turns else group[:0])
+        moves = value and (len(group) == 1 or grouped) and not 0.0 < 2.0 * value.imag <= near
+        groups.append(group if moves and (value.imag or len(group) == 1) else group[:0])
     return groups
 
 

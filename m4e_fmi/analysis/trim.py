@@ -37,7 +37,7 @@ from m4e_fmi.analysis.points import (
     program_and_model,
 )
 from m4e_fmi.analysis.sensitivity import EigenvalueSensitivity, Sensitivities
-from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.errors import InputError, M4eError, Problem, RunError
 from m4e_fmi.program import Program, jacobian
 from m4e_fmi.units import number_in
 
@@ -71,41 +71,38 @@ class _OfMode:
     def wanted(self, given: float | str) -> float:
         """A given value as a number in Hz or 1; ValueError with the reason if it is wrong."""
         if self.damps:
-            value, fits = number_in("1", given), "between -1 and 1"
-            right = abs(value) < 1.0
-        elif not isinstance(given, str):
-            raise ValueError(f"it has no unit: write '{given} Hz' or '{given} rad/s'")
+            value, low, high = number_in("1", given), -1.0, 1.0
+        elif isinstance(given, str):
+            unit, size = ("rad/s", 2.0 * np.pi) if "rad" in given else ("Hz", 1.0)
+            value, low, high = number_in(unit, given) / size, 0.0, np.inf
         else:
-            try:
-                value = number_in("Hz", given)
-            except ValueError:
-                value = number_in("rad/s", given) / (2.0 * np.pi)
-            right, fits = value > 0.0, "above zero"
-        if not right:
-            raise ValueError(f"it must be {fits}")
+            raise ValueError(f"it has no unit: write '{given} Hz' or '{given} rad/s'")
+        if not low < value < high:
+            raise ValueError(f"it must be between {low:g} and {high:g}")
         return value
 
-    def value(self, found: Modes) -> float:
-        """Its value; nan if the mode does not oscillate, or there is none of its number."""
-        k = self.number - 1
-        if not (0 <= k < len(found.eigenvalues) and found.eigenvalues[k].imag):
-            return np.nan
-        value = found.damping_ratios[k] if self.damps else found.frequencies[k] / (2.0 * np.pi)
-        return float(value + 0.0)  # no -0
-
-    def slopes(self, found: EigenvalueSensitivity) -> Floats:
-        """Its derivatives by the parameters (n,), in SI."""
+    def of(self, found: Modes | EigenvalueSensitivity) -> Floats:
+        """Its value [Hz or 1]; or its derivatives by the parameters (n,), in SI."""
         k = self.number - 1
         return found.damping_ratios[k] if self.damps else found.frequencies[k] / (2.0 * np.pi)
+
+    def value(self, point: OperatingPoint, found: Modes) -> float:
+        """Its value; InputError if there is no mode of its number, RunError without oscillation."""
+        name, count = point.program.name, len(found.eigenvalues)
+        if not 0 < self.number <= count:
+            message = f"{name}: there is no mode {self.number} among its {count}"
+            raise InputError.single(message, "`m4e-fmi linearize` shows them by number")
+        if not found.eigenvalues[self.number - 1].imag:
+            message = f"{name}: mode {self.number} does not oscillate where the search begins"
+            raise RunError(message, "`m4e-fmi linearize` shows which do; start with less damping")
+        return float(self.of(found) + 0.0)  # no -0
 
 
 def modes_named(point: OperatingPoint, names: Iterable[str]) -> dict[str, float]:
     """Values at a point of those `names` that are of modes: frequencies [Hz], damping ratios."""
     targets = [found for name in names if (found := _OfMode.named(name))]
-    if not targets:
-        return {}
-    found = modes(Linearizer(point.program).at(point))
-    return {str(target): target.value(found) for target in targets}
+    found = modes(Linearizer(point.program).at(point)) if targets else None
+    return {str(target): target.value(point, found) for target in targets if found}
 
 
 def trimmed(
@@ -230,7 +227,6 @@ class _Search:
     def found(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
         low, high = np.array(limits).T
         point = self._at_rest(start)
-        self._check_modes(point)
         off, slopes = self._off(point), self._slopes_at(point)
         for _ in range(MOST_STEPS):
             if (np.abs(off) <= self._close).all():
@@ -239,13 +235,13 @@ class _Search:
             step, part = self._step(point, slopes, off), 1.0
             while True:
                 values = np.clip(now + part * step, low, high)
-                ahead = self._settled(point, values)
-                if ahead is not None:
-                    left = self._off(ahead)
+                nearer = self._settled(point, values)
+                if nearer is not None:
+                    ahead, left = nearer
                     slopes = self._corrected(slopes, values - now, off - left)
                     if np.linalg.norm(left) <= (1.0 - part / 4.0) * np.linalg.norm(off):
                         break
-                    if self._has_unknown_slopes and np.isfinite(left).all():
+                    if self._has_unknown_slopes:
                         step = self._step(point, slopes, off)
                 part /= 2.0
                 if part < SHORTEST:
@@ -271,33 +267,16 @@ class _Search:
 
     def _found(self, point: OperatingPoint) -> np.ndarray:
         """The values at a point (n,) that have targets."""
-        values = self._values.at(point)
-        if not self._modes:
-            return values
-        found = modes(self._slopes.linearizer.at(point))
-        return np.append(values, [mode.value(found) for mode in self._modes])
-
-    def _check_modes(self, point: OperatingPoint) -> None:
-        """InputError for a number without a mode, RunError for a mode that does not oscillate."""
         found = modes(self._slopes.linearizer.at(point)) if self._modes else None
-        for mode in self._modes:
-            assert found is not None
-            name, count = point.program.name, len(found.eigenvalues)
-            if not 0 < mode.number <= count:
-                message = f"{name}: there is no mode {mode.number} among its {count}"
-                raise InputError.single(message, "`m4e-fmi linearize` shows them by number")
-            if np.isnan(mode.value(found)):
-                message = f"{name}: mode {mode.number} does not oscillate where the search begins"
-                raise RunError(
-                    message, "`m4e-fmi linearize` shows which do; start with less damping"
-                )
+        of_modes = [mode.value(point, found) for mode in self._modes if found]
+        return np.append(self._values.at(point), of_modes)
 
     def _slopes_at(self, point: OperatingPoint) -> np.ndarray:
         """Derivatives (n, n) of the values, over their sizes, by the parameters, in SI."""
         slopes = self._slopes.at(point).values
         if self._modes:
             found = self._slopes.of_eigenvalues(point, grouped=True)
-            slopes = np.vstack([slopes, *(mode.slopes(found) for mode in self._modes)])
+            slopes = np.vstack([slopes, *(mode.of(found) for mode in self._modes)])
         slopes = slopes / self._sizes[:, None]
         if not np.isfinite(slopes).all():
             raise self._lost(point, "modes of one frequency there have no derivatives")
@@ -311,7 +290,7 @@ class _Search:
         Math. Comp. 19 (1965), pp. 577–593.
         """
         along = np.sum(slopes**2, axis=0) * moved
-        if not (self._has_unknown_slopes and np.isfinite(gained).all() and along @ moved > 0.0):
+        if not (self._has_unknown_slopes and along @ moved > 0.0):
             return slopes
         return slopes + np.outer(gained - slopes @ moved, along) / (along @ moved)
 
@@ -324,12 +303,18 @@ class _Search:
             raise self._lost(point, "the parameters do not change them one by one")
         return np.linalg.solve(slopes / columns, off) / columns
 
-    def _settled(self, point: OperatingPoint, values: np.ndarray) -> OperatingPoint | None:
-        """The equilibrium near `point` with other `values` of the parameters; None without one."""
+    def _settled(
+        self, point: OperatingPoint, values: np.ndarray
+    ) -> tuple[OperatingPoint, np.ndarray] | None:
+        """The equilibrium near `point` with other `values` of the parameters, and its `_off`.
+
+        None without one, or without its modes.
+        """
         ahead = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
         try:
-            return self._at_rest(ahead)
-        except (RunError, np.linalg.LinAlgError):  # of rates that are not finite
+            found = self._at_rest(ahead)
+            return found, self._off(found)
+        except (M4eError, np.linalg.LinAlgError):  # of rates that are not finite
             return None
 
     def _lost(self, point: OperatingPoint, why: str = "") -> RunError:

@@ -85,12 +85,13 @@ def _named_value(words: Sequence[str]) -> Sequence[str]:
     text = " ".join(words)
     if len(words) == 2 and "=" not in text:
         return words
-    name, _, value = (part.strip() for part in text.partition("="))
-    if not (name and value):
-        message = f"--such-that {text}: expected a name and a value"
-        remedy = "quote what has blanks: --such-that 'mode 1 frequency' '2 Hz'"
-        raise InputError.single(message, remedy)
-    return name, value
+    name, _, value = text.partition("=")
+    if not value:
+        raise InputError.single(
+            f"--such-that {text}: expected a name and a value",
+            "quote what has blanks: --such-that 'mode 1 frequency' '2 Hz'",
+        )
+    return name.strip(), value.strip()
 
 
 def _found(

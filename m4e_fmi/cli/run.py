@@ -108,13 +108,6 @@ def _time(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not a valid duration: {TIMES}") from None
 
 
-def defaults(fmu: Path) -> argparse.Namespace:
-    """The options of a run of an FMU that are not given."""
-    command = argparse.ArgumentParser()
-    add(command)
-    return command.parse_args([str(fmu)])
-
-
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import at_equilibrium
     from m4e_fmi.files.locks import claimed
@@ -145,15 +138,10 @@ def _system(options: argparse.Namespace) -> System:
     settings = {key: getattr(options, key) for key in times}
     given = start_values(options)
     if is_fmu(options.system):  # names of its variables may do without it
-        name = system.components[0].name
-        given = {_of_component(name, one): value for one, value in given.items()}
-        options.variables = [_of_component(name, one) for one in options.variables]
+        owner = f"{system.components[0].name}."
+        given = {owner + name.removeprefix(owner): value for name, value in given.items()}
+        options.variables = [owner + name.removeprefix(owner) for name in options.variables]
     return system.changed(start=given, origin="command line", **settings)
-
-
-def _of_component(component: str, name: str) -> str:
-    """``component.variable`` of a variable's name, which may have the component already."""
-    return name if name.startswith(f"{component}.") else f"{component}.{name}"
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:

@@ -1,7 +1,4 @@
-"""`m4e-fmi simulate` simulates one model, or a system as one program, in this process.
-
-An FMU is run by `m4e-fmi run`.
-"""
+"""`m4e-fmi simulate` simulates one model, or a system as one program, in this process."""
 
 from __future__ import annotations
 
@@ -12,13 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli import run
 from m4e_fmi.cli.shared.log import add_log, print_files, progress, show, tell_event, warn
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_options,
     animation_file,
-    is_fmu,
     is_system,
     load_only_model,
     load_program,
@@ -37,21 +32,11 @@ if TYPE_CHECKING:
     from m4e_fmi.report.run_report.record import InputFile
     from m4e_fmi.simulate import Simulation
 
-EQUATIONS = {
-    "tolerance": 1e-8,
-    "method": "dop853",
-    "event": [],
-    "stop_at": [],
-    "open": [],
-    "settled": [],
-}
-"""Options for equations alone, and what they are if not given."""
-
 
 def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `simulate`."""
     command.add_argument(
-        "model", type=Path, help=f"{MODEL_OR_SYSTEM}; or an FMU, which is run like a system of one"
+        "model", type=Path, help=f"{MODEL_OR_SYSTEM}; or an FMU, with the options of run"
     )
     add_options(command, "--open", "--settled", "--build-folder")
     for flag, text in (("--stop-time", "10 s"), ("--output-interval", "0.01 s")):
@@ -91,9 +76,6 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.program import Program
     from m4e_fmi.results.results_file import stream_of
 
-    if is_fmu(options.model):
-        _run_fmu(options)
-        return
     source = _source(options)
     output = output_file(options, source.name)
     whole = isinstance(source.equations, Program)
@@ -103,21 +85,6 @@ def _run(options: argparse.Namespace) -> None:
     report_file(options, output)
     with claimed(stream_of(output)):  # and the pictures
         _simulate_to(output, animation, source, options)
-
-
-def _run_fmu(options: argparse.Namespace) -> None:
-    """Co-simulate an FMU alone, with the options of `run` among those given.
-
-    InputError for those of equations.
-    """
-    given = vars(options)
-    for name, default in EQUATIONS.items():
-        if given[name] != default:
-            flag = name.replace("_", "-")
-            raise InputError.single(f"--{flag} is for equations, not for an FMU, which has its own")
-    known = run.defaults(options.model)
-    shared = {name: given[name] for name in vars(known) if name in given and name != "command"}
-    known.command(argparse.Namespace(**{**vars(known), **shared, "given": options.given}))
 
 
 @dataclass(frozen=True)

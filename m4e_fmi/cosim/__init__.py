@@ -26,7 +26,8 @@ from m4e_fmi.cosim.system_file import load_system, read_parameters
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.cosim.wiring.links import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.wiring.prepared import Prepared, Timing
-from m4e_fmi.results.results_file import Results, Series, load
+from m4e_fmi.results.results_file import Results, Series
+from m4e_fmi.results.results_file import load_results as load
 
 __all__ = [
     "Action",

@@ -96,9 +96,13 @@ def _system_of_fmu(path: Path) -> System:
     if step is None:
         step = (stop - start) / STEPS
         notes.append(f"names no step: {step:g} s is taken (--step-size)")
-    component = Component(fmu.identifier, FmuFile(path.absolute()))
-    times = Simulation(stop, step, start_time=start)
-    return System(fmu.identifier, (component,), (), times, notes=tuple(notes))
+    return System(
+        fmu.identifier,
+        (Component(fmu.identifier, FmuFile(path.absolute())),),
+        (),
+        Simulation(stop, step, start_time=start),
+        notes=tuple(notes),
+    )
 
 
 def read_system(document: Document) -> System:

@@ -17,7 +17,7 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.results.foreign_table import TableVariable, read_foreign_table
-from m4e_fmi.results.results_file import NETCDF, Results, load
+from m4e_fmi.results.results_file import NETCDF, Results, load_results
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import Unit, parse_unit
 
@@ -67,7 +67,7 @@ def read_compared(source: str | Path | Results) -> ComparedFile:
     if suffix in SUFFIXES:
         return _of_table(path)
     if suffix == NETCDF or not path.is_file():
-        return _of_results(load(path))
+        return _of_results(load_results(path))
     kinds = ", ".join((NETCDF, *SUFFIXES))
     message, remedy = "is no file of results by its name", f"names of such files end in {kinds}"
     raise InputError.single(message, remedy, str(path))

@@ -157,7 +157,17 @@ class Results:
         )
 
 
-def load(path: str | Path) -> Results:
+def load(path: str | Path) -> Results | xarray.Dataset:
+    """The results in a file of a run or a simulation (`load_results`), or a study's dataset."""
+    if not is_of_study(as_path(path)):
+        return load_results(path)
+    import xarray
+
+    with PROCESS:
+        return xarray.load_dataset(path, engine="netcdf4", decode_timedelta=False)
+
+
+def load_results(path: str | Path) -> Results:
     """The results in a file that a run or a simulation has written.
 
     Of a run that goes on or was killed: all rows that had reached the disk, each of them complete.

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.cosim import load_system
-from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.results_file import Results, load_results
 
 FAST = 200.0, 0.002
 """Stop time and step [s] of a run that takes half a second: 100,001 rows."""
@@ -108,7 +108,7 @@ def check_left(path: Path, whole: Results, old: bytes, *, least: int = 0) -> int
     if path.read_bytes() == old:
         assert least == 0
         return 0
-    found = load(path)
+    found = load_results(path)
     check_rows(found, whole, least=max(2, least))
     if len(found.time) < len(whole.time):
         assert found.attributes["ended"] == NOT_ENDED

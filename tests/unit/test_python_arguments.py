@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,10 +25,11 @@ from m4e_fmi import (
     modes,
     simulate,
 )
-from m4e_fmi.cosim import Simulation, System
+from m4e_fmi.cosim import FmuFile, ModelFile, Simulation, System
 from m4e_fmi.fmu import read_description
 from m4e_fmi.model import Body, Joint, Model, Point
 from m4e_fmi.report import animate, draw_model, plot_simulation, write_simulation
+from m4e_fmi.results.results_file import load_results
 from m4e_fmi.simulate import Watch
 
 SYSTEM = System("s", (), (), Simulation(1.0, 0.1))
@@ -131,7 +134,40 @@ def test_paths_of_reports_may_be_texts(tmp_path: Path) -> None:
     assert all(isinstance(path, Path) and path.is_file() for path in made)
 
 
-def test_what_reads_other_files_than_results_is_told(tmp_path: Path) -> None:
-    xarray.Dataset(attrs={"study": "name: s"}).to_netcdf(tmp_path / "s.nc")
-    with pytest.raises(InputError, match=r"result of a study: `xarray\.open_dataset` reads it"):
-        load(tmp_path / "s.nc")
+def test_results_of_studies_are_loaded_as_datasets(tmp_path: Path) -> None:
+    xarray.Dataset({"y": 2.0}, attrs={"study": "name: s"}).to_netcdf(tmp_path / "s.nc")
+    found = load(tmp_path / "s.nc")
+    assert isinstance(found, xarray.Dataset)
+    assert found["y"] == 2.0
+    with pytest.raises(InputError, match=r"result of a study: `m4e_fmi\.load` reads it"):
+        load_results(tmp_path / "s.nc")
+
+
+def test_paths_of_components_may_be_texts() -> None:
+    folder: Any = "somewhere"
+    assert FmuFile(folder).path == ModelFile(folder).path == Path("somewhere")
+    assert replace(SYSTEM, folder=folder).folder == Path("somewhere")
+    with pytest.raises(InputError, match="path of a file, got int"):
+        FmuFile(3)  # pyrefly: ignore[bad-argument-type]
+
+
+MADE = {"FmuFile", "ModelFile", "System"}
+MADE |= {"Comparison", "Outcome", "Results", "Description", "Report", "StudyOutcome"}
+"""Classes that make a Path of a text, and those whose objects are results."""
+
+
+@pytest.mark.parametrize("package", ["", ".cosim", ".fmu", ".model", ".report", ".simulate"])
+def test_what_takes_a_path_takes_a_text(package: str) -> None:
+    module = importlib.import_module(f"m4e_fmi{package}")
+    found = [getattr(module, name) for name in module.__all__ if name not in MADE]
+    found += [f for one in found if inspect.isclass(one) for f in vars(one).values()]
+    for one in (one for one in found if inspect.isfunction(one)):
+        for parameter in inspect.signature(one).parameters.values():
+            annotation = str(parameter.annotation)
+            assert "Path" not in annotation or "str" in annotation, (one, parameter)
+
+
+@pytest.mark.parametrize("name", ["simulate", "study"])
+def test_help_on_verbs_that_are_packages(name: str) -> None:
+    found = inspect.getdoc(getattr(m4e_fmi, name))
+    assert found == inspect.getdoc(getattr(m4e_fmi, name).__call__)

@@ -26,7 +26,7 @@ from support.disturbed import (
 )
 
 from m4e_fmi.cosim import load_system, run
-from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.results_file import Results, load_results
 
 Fmus = Callable[[str], Path]
 SEED = int(os.environ.get("SEED", "20261122"))
@@ -100,7 +100,7 @@ def test_full_disk(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> 
         path = disk / "r.nc"
         count = 0
         if path.exists():
-            found = load(path)
+            found = load_results(path)
             check_rows(found, whole)
             count = len(found.time)
             until_ = f"results until t = {found.time[-1]:.9g} s are in disk/r.nc"
@@ -140,7 +140,7 @@ def test_second_run(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) ->
         assert first.wait() == 0
     print(names, refused, "refused")
     if refused == len(names) - 1:
-        found = load(tmp_path / "r.nc")
+        found = load_results(tmp_path / "r.nc")
         check_rows(found, whole, least=len(whole.time))
         assert found.attributes["ended"] == "at the stop time"
 
@@ -159,7 +159,7 @@ def test_changed_folder(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results
         cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    check_rows(load(tmp_path / "r.nc"), whole, least=len(whole.time))
+    check_rows(load_results(tmp_path / "r.nc"), whole, least=len(whole.time))
     there = {p.name for p in tmp_path.iterdir()}
     assert there == {"system.yaml", "unpacked", "r.nc", "r.png", name}
     assert not list(unpacked.iterdir())
@@ -181,13 +181,13 @@ def test_signals(number: signal.Signals, c_fmu: Fmus, tmp_path: Path) -> None:
     harm = {"what": 3, "when": 1000.0, "pause": 0.2}
     system = write_system(c_fmu, tmp_path, harm, times=(1e6, 0.01))
     with heeded(number), running(system, "r.nc") as process:
-        until(lambda: load(tmp_path / "r.nc").time[-1] >= 1000.0)
+        until(lambda: load_results(tmp_path / "r.nc").time[-1] >= 1000.0)
         began = time.monotonic()
         process.send_signal(number)
         assert process.wait(30) == 128 + number
         assert time.monotonic() - began < 10.0
     ended = "interrupted" if number == signal.SIGINT else f"ended by {number.name}"
-    assert load(tmp_path / "r.nc").attributes["ended"] == ended
+    assert load_results(tmp_path / "r.nc").attributes["ended"] == ended
 
 
 def test_a_step_without_end_ends_with_the_process(c_fmu: Fmus, tmp_path: Path) -> None:
@@ -202,6 +202,6 @@ def test_a_step_without_end_ends_with_the_process(c_fmu: Fmus, tmp_path: Path) -
         assert 9.0 < time.monotonic() - began < 30.0
     assert process.returncode == 128 + signal.SIGTERM
     assert "ended by SIGTERM: a call of an FMU did not end within 10 s" in error
-    results = load(tmp_path / "r.nc")
+    results = load_results(tmp_path / "r.nc")
     assert len(results.time) > 1
     assert sys.float_info.max > abs(results["body.body.m.x"].values).max()

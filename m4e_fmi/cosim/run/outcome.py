@@ -10,7 +10,7 @@ from m4e_fmi.cosim.network.fmu_log import FmuMessage
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import RunError
-from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.results_file import Results, load_results
 from m4e_fmi.shown import listing
 
 NOT_ASKED = "it was not estimated, as asked (certify, --no-certify)"
@@ -45,7 +45,7 @@ class Outcome:
         """The results file, in memory."""
         if self.path is None:
             raise RunError("this run wrote no results", "give `results` to run")
-        return load(self.path)
+        return load_results(self.path)
 
     def __repr__(self) -> str:
         return listing(

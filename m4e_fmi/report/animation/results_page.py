@@ -17,7 +17,7 @@ from m4e_fmi.report.animation.of_model import scene_of_simulation
 from m4e_fmi.report.animation.page import Part, page, scene_part
 from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import scene_of_text
-from m4e_fmi.results.results_file import AT_STOP, Results, load
+from m4e_fmi.results.results_file import AT_STOP, Results, load_results
 from m4e_fmi.results.series import SCENE
 from m4e_fmi.simulate import Simulation
 
@@ -59,7 +59,7 @@ def animate_run(results: str | Path | Results, path: str | Path) -> Path:
     """
     path = Path(path)
     check_suffix(path, (".html",), "an animation")
-    text = run_page(results if isinstance(results, Results) else load(results))
+    text = run_page(results if isinstance(results, Results) else load_results(results))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
     return path

@@ -13,7 +13,7 @@ from m4e_fmi.errors import InputError, Problem, unknown_names
 from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.style import BODY_COLOURS, DOTS_PER_INCH, GREY, plain, save
 from m4e_fmi.report.panels import Panel, by_unit, fitting, moving, panels
-from m4e_fmi.results.results_file import Results, Series, load
+from m4e_fmi.results.results_file import Results, Series, load_results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ def plot_run(results: str | Path, picture: str | Path, *, variables: Sequence[st
     What people look at first, or the `variables` named, as ``component.variable``. InputError for
     a name that is not there.
     """
-    return save(results_figure(load(results), variables), picture)
+    return save(results_figure(load_results(results), variables), picture)
 
 
 def results_figure(results: Results, variables: Sequence[str] = ()) -> Figure:

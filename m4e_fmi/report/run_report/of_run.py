@@ -22,7 +22,7 @@ from m4e_fmi.report.run_report.summary import reproduction, summary
 from m4e_fmi.report.web.markup import escaped, paragraph
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
 from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
-from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.results_file import Results, load_results
 from m4e_fmi.results.series import SCENE
 
 OWN = "m4e_fmi.report.run_report"
@@ -48,7 +48,7 @@ def report_of_run(
     """
     path = Path(path)
     check_suffix(path, (".html",), "a report")
-    found = results if isinstance(results, Results) else load(results)
+    found = results if isinstance(results, Results) else load_results(results)
     text = page_text(_page(found, printed, command))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")

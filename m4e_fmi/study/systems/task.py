@@ -25,7 +25,7 @@ from m4e_fmi.cosim.system.component import Start
 from m4e_fmi.cosim.wiring.prepared import Prepared
 from m4e_fmi.errors import M4eError, RunError
 from m4e_fmi.files.locks import TemporaryFolder
-from m4e_fmi.results.results_file import load
+from m4e_fmi.results.results_file import load_results
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.record import Record, records_of
@@ -116,7 +116,7 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
         run.finish()
     outcome = run.outcome
     assert outcome is not None
-    found = load(results)
+    found = load_results(results)
     values = {name: found[name].values.astype(float)[None] for name in names}
     (record,) = records_of(task.wanted, task.series, found.time, values, task.start_up)
     error, source = coupling_error_of(outcome.certificate)

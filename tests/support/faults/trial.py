@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from support.faults.table import Fault
 
-from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.results_file import Results, load_results
 
 COMPONENTS = {"buoy": "mass", "arm": "middle", "line": "spring"}
 """A chain of two masses and a spring, each component an FMU of its own."""
@@ -102,7 +102,7 @@ class Place:
 
     def results(self) -> Results:
         """Rows of r.nc."""
-        return load(self.folder / "r.nc")
+        return load_results(self.folder / "r.nc")
 
     def resuming(self) -> tuple[str, ...]:
         """Options of a run that goes on, if there is a checkpoint."""

@@ -181,8 +181,8 @@ UNITS = {"k": "N/m", "c": "N.s/m", "push": "N"}
 MODES: tuple[tuple[dict[str, float | str], str], ...] = (
     ({"mode 9": "2 Hz"}, "no mode 9 among its 2(.|\n)*linearize"),
     ({"mode 1 frequency": 2.0}, "it has no unit: write '2.0 Hz'"),
-    ({"mode 1": "2 kg"}, "kg is not rad/s"),
-    ({"mode 1": "0 Hz"}, "above zero"),
+    ({"mode 1": "2 kg"}, "it is in Hz: kg is not 1/s"),
+    ({"mode 1": "0 Hz"}, "between 0 and inf"),
     ({"mode 1 damping": 1.5}, "between -1 and 1"),
     ({"mode one": 1.0}, "'mode one' names nothing of a mode(.|\n)*write 'mode 1 frequency'"),
     ({"mode 2 frequency": "90 Hz", "mode 1 frequency": "89 Hz"}, r"instead of 90.* = \d.*k1 = \d"),

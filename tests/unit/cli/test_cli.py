@@ -246,3 +246,78 @@ def test_linearize_as_json(capsys) -> None:
     assert np.shape(printed["mechanical"]["F"]) == (2, 2)
     assert len(printed["modes"]) == 3
     assert printed["stable"] is True
+
+
+def test_an_fmu_alone(here, capsys):
+    """It is run as a system of one component, whose name may be left out."""
+    assert main(["build", str(PENDULUM), "--native", "--stop-time", "3", "--step-size", "0.1"]) == 0
+    fmu = "build/double_pendulum.fmu"
+    capsys.readouterr()
+    assert main(["simulate", fmu]) == 0
+    out = capsys.readouterr().out
+    assert "simulated 3 s" in out
+    assert "30 steps of 0.1 s" in out
+    assert (here / "build" / "double_pendulum.png").is_file()
+    short = ["--stop-time", "1", "--step-size", "0.05", "--output-interval", "0.1", "--no-plot"]
+    chosen = ["--start-value", "L", "200 cm", "--variables", "L", "point.*"]
+    assert main(["run", fmu, *short, *chosen, "--output-file", "r.nc"]) == 0
+    found = results.load_results("r.nc")
+    assert found.time == pytest.approx(np.linspace(0.0, 1.0, 11))
+    assert set(found["double_pendulum.L"].values) == {2.0}
+    shown = ["simulate", str(PENDULUM), "--start-value", "L", "2", "--stop-time", "1", "--no-plot"]
+    assert main([*shown, "--output-interval", "0.1", "--output-file", "s.nc"]) == 0
+    alone = results.load_results("s.nc")["double_pendulum.point.tip.z"]
+    assert found["double_pendulum.point.tip.z"].values == pytest.approx(alone.values, abs=1e-6)
+
+
+def test_equations_of_an_fmu_are_its_own(here, capsys):
+    (here / "x.fmu").write_bytes(b"")
+    with pytest.raises(SystemExit, match="2"):
+        main(["simulate", "x.fmu", "--method", "rk4"])
+    assert "unrecognized arguments: --method rk4" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["help"], "co-simulate a system"), (["help", "decay"], "usage: m4e-fmi decay")],
+)
+def test_help(words, said, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main(words)
+    assert said in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("word", "said"), [("swim", "known: run, simulate, "), ("simulat", "did you mean 'simulate'")]
+)
+def test_unknown_commands(word, said, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main([word])
+    assert said in capsys.readouterr().err
+
+
+def test_design_by_one_command(here, capsys):
+    """A mass of 3 kg on a spring: k = m omega², c = 2 zeta m omega."""
+    (here / "spring.model.yaml").write_text(
+        "name: spring\nparameters: {k: {value: 1, unit: N/m}, c: {value: 0, unit: N.s/m}}\n"
+        "bodies: {block: {mass: 3, inertia: 1}}\n"
+        "joints: {rail: {type: prismatic, child: block, direction: [1, 0]}}\n"
+        "loads: {s: {type: joint_effort, joint: rail, "
+        "effort: -k*joint.rail.q - c*joint.rail.u}}\n"
+    )
+    command = ["equilibrium", "spring.model.yaml", "--such-that", "mode 1 = 2 Hz"]
+    damped = ["--such-that", "mode 1 damping", "5 %", "--vary", "k", "c"]
+    assert main([*command, *damped, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    omega = 4.0 * math.pi
+    assert found["k"] == pytest.approx(3.0 * omega**2, rel=1e-9)
+    assert found["c"] == pytest.approx(0.3 * omega, rel=1e-9)
+    assert found["mode 1 frequency [Hz]"] == pytest.approx(2.0, rel=1e-9)
+    assert main([*command, "--vary", "c"]) == 1
+    assert "mode 1 frequency [Hz] = 0.0918" in capsys.readouterr().err
+    assert main([*command, *damped, "--quiet"]) == 0
+    assert not capsys.readouterr().out
+    assert main(["linearize", "spring.model.yaml", "--quiet"]) == 0
+    assert not capsys.readouterr().out
+    assert main([*command[:2], "--such-that", "mode", "1", "2 Hz", "--vary", "k"]) == 2
+    assert "expected a name and a value" in capsys.readouterr().err

@@ -11,7 +11,7 @@ import pytest
 from netCDF4 import Dataset
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, Results, load, write_netcdf
+from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, Results, load_results, write_netcdf
 from m4e_fmi.results.row_file import NOT_ENDED, ResultColumn, RowFile, RowSection
 from m4e_fmi.results.series import Recorded
 
@@ -53,11 +53,11 @@ def test_any_reader_of_netcdf_sees_the_rows(tmp_path: Path) -> None:
         assert read["clock.ticks"][:].tolist() == expected[4][:, 0].tolist()
     file.end("at the stop time")
     file.close()
-    results = load(file.path)
+    results = load_results(file.path)
     assert results.attributes == {**ATTRIBUTES, "ended": "at the stop time"}
     assert results["clock.ticks"].values.dtype == np.int64
     write_netcdf(tmp_path / "w.nc", SECTIONS, ATTRIBUTES, ROWS, file.blocks())
-    whole = load(tmp_path / "w.nc")
+    whole = load_results(tmp_path / "w.nc")
     assert list(results.series) == list(whole.series) == [
         "buoy.z", "buoy.f[1,2]", "valve.count", "clock.ticks"
     ]  # fmt: skip
@@ -89,7 +89,7 @@ def broken(path: Path, writes: list[tuple[RowFile, int, bytes]], last: int, leng
         content.extend(bytes(max(0, at - len(content))))
         content[at : at + len(piece)] = piece
     path.write_bytes(content)
-    return load(path)
+    return load_results(path)
 
 
 def test_a_write_that_breaks_off_anywhere_leaves_complete_rows(
@@ -128,9 +128,9 @@ def test_texts_are_whole_however_many_there_are(
     for count in range(2, len(words) + 1):
         file.keep_texts(words[:count])
         file.append(file.count, [np.array([[count]]), np.array([[count - 1]])])
-        assert load(path)["pump.word"].values.tolist() == words[1:count]
+        assert load_results(path)["pump.word"].values.tolist() == words[1:count]
     file.end("done")
-    assert load(path).attributes == {"title": "", "ended": "done"}
+    assert load_results(path).attributes == {"title": "", "ended": "done"}
     assert len(path.read_bytes()) > 1024
     assert [p.name for p in tmp_path.iterdir()] == ["r.nc"]
     grown = next(k for k, (one, *_) in enumerate(writes) if one is not writes[0][0])
@@ -163,7 +163,7 @@ def test_netcdf_of_others_is_refused(
         if shape:
             inner.createVariable("T", "f8", shape)
     with pytest.raises(InputError, match=rf"r\.nc: is netCDF, but not results: {said}\n +give"):
-        load(tmp_path / "r.nc")
+        load_results(tmp_path / "r.nc")
 
 
 @pytest.mark.parametrize("form", ["rows", "netCDF"])
@@ -174,7 +174,7 @@ def test_a_newer_format_is_refused(form: str, tmp_path: Path) -> None:
     else:
         packed(path, 2, FORMAT_NUMBER + 1)
     with pytest.raises(InputError, match=r"r\.nc: is of format 2.* up to 1\n +update m4e_fmi"):
-        load(path)
+        load_results(path)
 
 
 def packed(path: Path, count: int, number: int = FORMAT_NUMBER) -> None:
@@ -191,4 +191,4 @@ def test_more_values_than_are_read_at_once(tmp_path: Path) -> None:
     packed(path, 10**11)
     message = r"r\.nc: has 100000000000 rows of 2 values; 2,000,000,000 values are read at most\n"
     with pytest.raises(InputError, match=message):
-        load(path)
+        load_results(path)

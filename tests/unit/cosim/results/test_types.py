@@ -14,7 +14,7 @@ from m4e_fmi.cosim import System, run, start
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import plot_run
 from m4e_fmi.report.panels import by_unit
-from m4e_fmi.results.results_file import load, write_netcdf
+from m4e_fmi.results.results_file import load_results, write_netcdf
 from m4e_fmi.results.row_file import ResultColumn, RowSection
 from m4e_fmi.results.series import Recorded
 
@@ -72,7 +72,7 @@ def test_a_run_that_goes_on_can_be_read(
     with start(system, results=tmp_path / "r.nc") as stepped:
         for _ in range(8):
             stepped.step()
-        found = load(tmp_path / "r.nc")
+        found = load_results(tmp_path / "r.nc")
         count = len(found.time)
         assert count >= 8
         assert found["a.y_text"].values.tolist() == [str(n) if n else "" for n in N[:count]]
@@ -109,6 +109,6 @@ def test_items_keep_their_names(tmp_path: Path) -> None:
     section = RowSection("valve", (ResultColumn("mode", "", "", one),), "i8")
     rows = [np.array([[0.0], [1.0]]), np.array([[1], [2]])]
     write_netcdf(tmp_path / "r.nc", [section], {}, 2, [rows])
-    found = load(tmp_path / "r.nc")["valve.mode"]
+    found = load_results(tmp_path / "r.nc")["valve.mode"]
     assert found.recorded == one
     assert found.recorded.text(found[0]) == "very low pressure"
