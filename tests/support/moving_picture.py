@@ -18,7 +18,7 @@ from PIL import Image, ImageColor
 from support.browser import browser
 
 from m4e_fmi.report import animate_run
-from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.results_file import Results, load_results
 
 ROOT = Path(__file__).parents[2]
 PICTURE = ROOT / "docs" / "moored_buoy.gif"
@@ -127,4 +127,4 @@ def write(results: Results, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    write(load(sys.argv[1] if sys.argv[1:] else ROOT / "build" / "moored_buoy.nc"), PICTURE)
+    write(load_results(sys.argv[1] if sys.argv[1:] else ROOT / "build" / "moored_buoy.nc"), PICTURE)
