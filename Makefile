@@ -1,4 +1,5 @@
-# Two commands do all: `make demo` sets up and runs the main job, `make test` sets up and tests.
+# Two commands do all: `make demo` sets up and runs the main job, `make test` sets up and tests. The
+# first installs what a run needs, the second also what only the tests need, as do all others.
 # `make docs` builds the documentation. `make bench` measures us beside our peers, in environments
 # of their own (`make bench FULL=--full`). `make verify` runs long campaigns. `make platforms`
 # compiles the libraries of every platform for this source tree, and puts a wheel that has them into
@@ -10,9 +11,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS ?= 2
 # the package ziglang, of the extra `platforms`, compiles where there is no C compiler
 ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
-EXTRAS := test,importers,platforms
-else
-EXTRAS := test,importers
+COMPILER := platforms
 endif
 # the tests run side by side, and their matrices are small: threads would only get in the way
 export OPENBLAS_NUM_THREADS ?= 1
@@ -21,9 +20,9 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test check verify lint docs bench platforms setup clean
 
-demo: setup
+demo: $(VENV)/installed
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml --report
-	@echo "next: $(BIN)/m4e-fmi study examples/power_matrix/study.yaml --report (mean power by sea state)"
+	@echo "next: $(BIN)/m4e-fmi study examples/power_matrix/quick.yaml --report, its power in 12 seas"
 
 test: setup lint
 	$(BIN)/pytest -n $(JOBS) --dist worksteal
@@ -70,10 +69,14 @@ platforms: .venv-platforms/ready
 
 setup: $(VENV)/ready
 
-# pip would compile on one processor
-$(VENV)/ready: pyproject.toml constraints.txt
+$(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) install --no-compile --constraint constraints.txt --editable '.[$(EXTRAS)]'
+	$(PIP) install --no-compile --constraint constraints.txt --editable '.$(COMPILER:%=[%])'
+	touch $@
+
+# pip would compile on one processor
+$(VENV)/ready: $(VENV)/installed
+	$(PIP) install --no-compile --constraint constraints.txt --editable '.[test,importers$(COMPILER:%=,%)]'
 	-$(BIN)/python -m compileall -q -j $(JOBS) $(VENV)/lib
 	touch $@
 

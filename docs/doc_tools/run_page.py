@@ -2,8 +2,11 @@
 
 In such a page
 
-- a `yaml` block that starts with the comment `# NAME.yaml`, and a `c` block that starts with
-  `/* NAME.c`, are written to that file, others are for reading only;
+- a `yaml` block that starts with the comment `# NAME.yaml`, a `c` block that starts with
+  `/* NAME.c`, and a `none` block that starts with `NAME.txt:` are written to that file, others are
+  for reading only;
+- of a `sh` block `cp -r`, `cd` and the commands of m4e-fmi are run, but of coupled runs and
+  studies, which take long, the files are only read;
 - a `console` block holds commands after `$ `, each followed by what it prints;
 - a `python` block is run, with the names that earlier ones have made; a `text` block right after it
   is what it prints.
@@ -19,6 +22,7 @@ from __future__ import annotations
 import contextlib
 import doctest
 import io
+import os
 import re
 import shlex
 import shutil
@@ -29,11 +33,13 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi import cli
+from m4e_fmi.cosim import load_system
+from m4e_fmi.study import load_study
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"\d*\.\d+(?:e[+-]?\d+)?")
-FILE = re.compile(r"# (\S+\.yaml)\n|/\* (\S+\.c)\b")
+FILE = re.compile(r"# (\S+\.yaml)\n|/\* (\S+\.c)\b|(\S+\.txt):")
 LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
@@ -71,8 +77,10 @@ def run_page(page: Path, folder: Path) -> dict[str, Any]:
     with contextlib.chdir(folder):
         for block, after in zip(shown, [*shown[1:], None], strict=True):
             place = f"{page.name}:{block.line}"
-            if block.language in ("yaml", "c"):
+            if block.language in ("yaml", "c", "none"):
                 _write(block)
+            elif block.language == "sh":
+                _run_shell(block, place)
             elif block.language == "console":
                 _run_commands(block, place)
             elif block.language == "python":
@@ -85,7 +93,29 @@ def run_page(page: Path, folder: Path) -> dict[str, Any]:
 def _write(block: Block) -> None:
     name = FILE.match(block.text)
     if name:
-        Path(name[1] or name[2]).write_text(block.text, encoding="utf-8")
+        Path(name[1] or name[2] or name[3]).write_text(block.text, encoding="utf-8")
+
+
+def _run_shell(block: Block, place: str) -> None:
+    for line in block.text.splitlines():
+        match shlex.split(line, comments=True):
+            case ["cp", "-r", source, target]:
+                shutil.copytree(source, target)
+            case ["cd", folder]:
+                os.chdir(folder)
+            case ["m4e-fmi", "study", file, *_]:
+                load_study(file)
+            case ["m4e-fmi", "run", file, *_]:
+                load_system(file)
+            case ["m4e-fmi", *given]:
+                _printed(lambda given=given: _succeed(given), f"{place}: {line}")
+            case _:
+                pass  # for reading only
+
+
+def _succeed(given: list[str]) -> None:
+    if code := cli.main(given):
+        raise SystemExit(code)
 
 
 def _run_commands(block: Block, place: str) -> None:

@@ -28,18 +28,19 @@ def script_text(script: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def write_script_page(script: Path, folder: Path) -> None:
+def write_script_page(script: Path, folder: Path, *, run: bool = True) -> None:
     """Write `folder`/NAME.md from `script`, NAME.py, and run it there as the main program.
 
     What it prints ends the page, with the pictures and animations that it leaves in its folder
-    build/. Pages of animations are expected two folders above that of the page.
+    build/. Pages of animations are expected two folders above that of the page. Without `run` the
+    page has nothing of these.
     """
     work = folder / script.stem
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
     printed = io.StringIO()
     with contextlib.chdir(work), contextlib.redirect_stdout(printed):
-        runpy.run_path(str(script), run_name="__main__")
+        runpy.run_path(str(script), run_name="__main__" if run else script.stem)
     place = f"This is `examples/{script.parent.name}/{script.name}`."
     title, _, rest = script_text(script.read_text(encoding="utf-8")).partition("\n")
     pictures = sorted(path.relative_to(folder) for path in work.rglob("*.png"))

@@ -13,7 +13,7 @@ import pytest
 from doc_tools.api_text import escaped
 from doc_tools.run_page import PageError, run_page
 from doc_tools.script_page import script_text, write_script_page
-from PIL import Image
+from PIL import Image, ImageSequence
 
 from m4e_fmi.cli import main
 from m4e_fmi.model import load_model
@@ -29,7 +29,7 @@ import sys
 from sphinx.application import Sphinx
 
 docs, html = sys.argv[1:]
-plain = {"html_theme": "basic", "html_theme_options": {}}  # a tenth less time
+plain = {"html_theme": "basic", "html_theme_options": {}, "slow_scripts": False}
 app = Sphinx(docs, docs, html, html + ".doctrees", "html", plain, None, sys.stderr, True, True)
 app.builder.search = False  # nor is its index asked here
 app.build()
@@ -79,7 +79,7 @@ def test_the_tutorial_leads_to_a_power_matrix(
     shape, mass, study = (
         text
         for text in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-        if text.startswith((" ", "name: my_matrix"))
+        if text.startswith((" ", "# study.yaml"))
     )
     example, place = DOCS.parent / "examples" / "moored_buoy", tmp_path / "my_buoy"
     shutil.copytree(example, place, ignore=shutil.ignore_patterns("build"))
@@ -93,6 +93,32 @@ def test_the_tutorial_leads_to_a_power_matrix(
     assert load_study("study.yaml").grid.count == 12
     assert main(["info", "system.yaml"]) == 0
     assert "neutral_mass - 11368.5 -> buoy.m" in capsys.readouterr().out
+
+
+def test_the_readme_runs(tmp_path: Path) -> None:
+    """Its commands do what they should; it is short, and its picture small and endless."""
+    readme = DOCS.parent / "README.md"
+    run_page(readme, tmp_path / "work")
+    assert (tmp_path / "work/build/double_pendulum.fmu").is_file()
+    assert len(readme.read_text(encoding="utf-8").splitlines()) <= 120
+    picture = DOCS / "moored_buoy.gif"
+    assert picture.stat().st_size <= 1.5e6
+    with Image.open(picture) as moving:
+        seconds = sum(p.info["duration"] for p in ImageSequence.Iterator(moving)) / 1000
+        assert moving.info["loop"] == 0
+    assert 6 <= seconds <= 10
+
+
+def test_the_readme_has_the_speeds_that_were_measured() -> None:
+    """Each time and ratio of its table of speed is in the benchmark's page, for the demo none."""
+    table = (DOCS.parent / "README.md").read_text(encoding="utf-8").split("## Speed")[1]
+    rows = re.findall(r"^\|(?!-).*\|$", table, re.MULTILINE)[1:-1]
+    numbers = [n for row in rows for n in re.findall(r"\d+\.\d+|\d+(?= µs)", row)]
+    page = (DOCS / "benchmark.md").read_text(encoding="utf-8")
+    assert len(numbers) == 11
+    assert [
+        n for n in numbers if not re.search(rf"(?<![\d.]){re.escape(n)}(?![\d.]\d)", page)
+    ] == []
 
 
 def test_the_code_has_all_names_of_the_glossary() -> None:
@@ -126,8 +152,11 @@ def test_a_page_that_is_right(tmp_path: Path) -> None:
     code = "```python\nx = 1\n```\n\n```python\nprint(x + 1)\n```\n\n```text\n2\n```\n"
     reading = "```sh\nmake coffee\n```\n\n```yaml\nany: thing\n```\n"
     digits = "```python\nprint('-4.18035 of 0.220649')\n```\n\n```text\n-4.18034 of 0.22065\n```\n"
-    run(MODEL + command + code + reading + digits, tmp_path)
+    folder = "```sh\ncp -r examples/arm my\ncd my\nm4e-fmi run system.yaml  # long\n```\n"
+    text = "```none\nlines.txt: a file\n```\n"
+    run(MODEL + command + code + reading + digits + folder + text, tmp_path)
     assert (tmp_path / "work" / "link.model.yaml").is_file()
+    assert (tmp_path / "work" / "my" / "lines.txt").is_file()
 
 
 @pytest.mark.parametrize(
@@ -141,6 +170,7 @@ def test_a_page_that_is_right(tmp_path: Path) -> None:
         ("```console\n$ m4e-fmi fly\n```\n", "invalid choice: 'fly'"),
         ("```console\n$ rm -rf .\n```\n", "commands are of m4e-fmi, got 'rm'"),
         ("```console\nm4e-fmi doctor\n```\n", "starts with a command"),
+        ("```sh\nm4e-fmi equations none.yaml\n```\n", "SystemExit"),
     ],
 )
 def test_pages_that_are_wrong(page: str, message: str, tmp_path: Path) -> None:

@@ -110,9 +110,11 @@ class Frequencies(Section):
 
     Defaults: `count` 40; `maximum` sqrt(4.5 g / a), above which radiation is negligible: a is the
     radius of the half-ball of the smallest displacement or of its waterplane, for a submerged body
-    plus the depth of its highest point; `minimum` = maximum / count, more in shallow water. Where
-    the waves need more (regular: their frequency; irregular: 2.5 peak frequencies), frequencies at
-    twice the spacing follow. Above the last one excitation falls as 1/omega^3.
+    plus the depth of its highest point; `minimum` = maximum / count, more in shallow water. Without
+    a `maximum`, frequencies at twice the spacing follow where the waves need more (regular: their
+    frequency; irregular: 2.5 peak frequencies). A `maximum` that is given is the last frequency:
+    waves that need more are an error, irregular ones only where it is below its default. Above the
+    last one excitation falls as 1/omega^3.
     """
 
     minimum: Positive | None = None
