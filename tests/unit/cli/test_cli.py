@@ -253,7 +253,7 @@ def test_an_fmu_alone(here, capsys):
     assert main(["build", str(PENDULUM), "--native", "--stop-time", "3", "--step-size", "0.1"]) == 0
     fmu = "build/double_pendulum.fmu"
     capsys.readouterr()
-    assert main(["simulate", fmu]) == 0
+    assert main(["simulate", fmu, "--verbose"]) == 0
     out = capsys.readouterr().out
     assert "simulated 3 s" in out
     assert "30 steps of 0.1 s" in out
