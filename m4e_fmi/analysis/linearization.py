@@ -294,9 +294,9 @@ def linearize(
     inputs: Sequence[str] = (),
     outputs: Sequence[str] | None = None,
 ) -> Linearization:
-    """The linear equations of a system about a point.
+    """The linear equations of a model or system about a point.
 
-    `system` is a Model, a model file or a Program. `at` has values of states, inputs and
+    `system` is a Model, a model file, or the Program of a system (`system_program`). `at` has values of states, inputs and
     parameters by name (SI; start values if absent), or is the result of `equilibrium`; `time` in s.
     `inputs` names inputs or parameters, `outputs` outputs or states: none, and the states, if not
     said. Raises InputError for an unknown name.
