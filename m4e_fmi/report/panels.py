@@ -15,6 +15,8 @@ from m4e_fmi.results.results_file import Series
 
 DIGITS = 4
 _PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m"}
+ROUNDED = 1.0 - 0.5e-4
+"""Share of a factor from which a value with DIGITS is the factor."""
 _LEAST_FIXED = 1e-4
 """Below this a number is written with a power of ten."""
 
@@ -25,7 +27,7 @@ def scale_of(largest: float) -> tuple[float, str]:
     1 and no prefix for 0, and for what is smaller than a thousandth.
     """
     for factor, prefix in _PREFIXES.items():
-        if largest >= factor:
+        if largest >= factor * ROUNDED:
             return 1 / factor, prefix
     return 1.0, ""
 
