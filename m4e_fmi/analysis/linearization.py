@@ -296,8 +296,9 @@ def linearize(
 ) -> Linearization:
     """The linear equations of a model or system about a point.
 
-    `system` is a Model, a model file, or the Program of a system (`system_program`). `at` has values of states, inputs and
-    parameters by name (SI; start values if absent), or is the result of `equilibrium`; `time` in s.
+    `system` is a Model, a model file, or the Program of a system (`system_program`). `at` has
+    values of states, inputs and parameters by name (SI; start values if absent), or is the result
+    of `equilibrium`; `time` in s.
     `inputs` names inputs or parameters, `outputs` outputs or states: none, and the states, if not
     said. Raises InputError for an unknown name.
     """
