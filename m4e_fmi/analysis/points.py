@@ -285,6 +285,8 @@ def causes(program: Program, names: Sequence[str], *, states: bool) -> tuple[Var
 
 def _chosen(known: Mapping[str, T], names: Sequence[str], complaint: str) -> list[T]:
     """The members with these names; InputError with all that are unknown."""
+    if isinstance(names, str):
+        raise InputError.single(f"expected a list of names, got {names!r}", f"write [{names!r}]")
     unknown = [name for name in names if name not in known]
     if unknown:
         raise UnknownNameError.of(complaint, unknown, known)

@@ -85,11 +85,16 @@ class EigenvalueSensitivity:
 
     def __repr__(self) -> str:
         rows = [
-            (f"mode {k + 1}, {omega:.6g} rad/s:", f"d|λ| / d({p.name})", f"{change:.6g}", p.unit)
+            (
+                f"mode {k + 1}, {omega:.6g} rad/s:",
+                f"d|λ| / d({p.name})",
+                f"{change:.6g}",
+                f"(rad/s)/({p.unit})",
+            )
             for k, omega in enumerate(self.modes.frequencies)
             for p, change in zip(self.by, self.frequencies[k], strict=True)
         ]
-        return table("EigenvalueSensitivity [rad/s by the unit of the parameter]", "<<><", *rows)
+        return table("EigenvalueSensitivity", "<<><", *rows)
 
 
 class Sensitivities:

@@ -97,7 +97,7 @@ def _system_of_fmu(path: Path) -> System:
         step = (stop - start) / STEPS
         notes.append(f"names no step: {step:g} s is taken (--step-size)")
     return System(
-        fmu.identifier,
+        path.stem,
         (Component(fmu.identifier, FmuFile(path.absolute())),),
         (),
         Simulation(stop, step, start_time=start),

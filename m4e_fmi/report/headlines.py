@@ -187,7 +187,8 @@ def _range(name: str, one: Series) -> Headline:
         scale, unit = 180.0 / math.pi, "deg"
     elif one.unit not in PREFIXED:
         scale, unit = 1.0, one.unit
-    return Headline(name, " to ".join(aligned(scale * low, scale * high)) + f" {unit}".rstrip())
+    shown = " to ".join(aligned(scale * low, scale * high))
+    return Headline(name, shown if unit == "1" else f"{shown} {unit}".rstrip())
 
 
 @cache

@@ -205,6 +205,8 @@ def _check_limits(variable: Variable, given: Value) -> None:
 def _number(variable: Variable, given: Quantity) -> float:
     if variable.type != "Real":
         raise ValueError(f"it is of type {variable.type}, which has no unit")
+    if variable.dimension is None and given.unit.text != "1":
+        raise ValueError("its FMU gives it no unit that is known: write the number alone")
     if variable.dimension is None:
         return given.value
     return given.in_unit(variable.dimension, variable.offset)

@@ -76,8 +76,8 @@ def _read(results: Results) -> tuple[Scene, Frames, list[str]]:
     text = results.attributes.get(SCENE)
     name = str(results.path)
     if text is None:
-        message = "has no scene: it was written by an earlier m4e_fmi, or shows no bodies"
-        raise InputError.single(message, "run it again", name)
+        message = "has no scene: nothing in it has a shape, as of an FMU alone"
+        raise InputError.single(message, "", name)
     try:
         scene = scene_of_text(text)
         if not (scene.bodies or scene.cables):

@@ -120,6 +120,8 @@ def _certified(outcome: Outcome) -> str:
     found = outcome.certificate
     if isinstance(found, str):
         return f"coupling error not known: {found}; compare with a run at half the step_size"
+    if not (found.errors or found.uncovered):
+        return ""
     less = found.coverage and found.coverage.lost
     return f"{found}\n  {found.coverage}" if less else str(found)
 
@@ -189,7 +191,8 @@ def simulation_text(simulation: Simulation, results: Results) -> str:
         ]
     if audit := simulation.energy:
         lines.append(
-            f"energy balance closes to {100 * audit.relative:.1e} % of {audit.scale:.6g} J"
+            f"energy balance closes to {100 * audit.relative:.1e} % of the largest energy exchanged, "
+            f"{audit.scale:.6g} J"
         )
     return "\n".join(filter(None, lines))
 
