@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from m4e_fmi.errors import Named, RunError, UnknownNameError
+from m4e_fmi.errors import InputError, Named, RunError, UnknownNameError
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import (

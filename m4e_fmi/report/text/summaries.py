@@ -190,10 +190,8 @@ def simulation_text(simulation: Simulation, results: Results) -> str:
             for event in simulation.events
         ]
     if audit := simulation.energy:
-        lines.append(
-            f"energy balance closes to {100 * audit.relative:.1e} % of the largest energy exchanged, "
-            f"{audit.scale:.6g} J"
-        )
+        share = f"{100 * audit.relative:.1e} % of the largest energy exchanged"
+        lines.append(f"energy balance closes to {share}, {audit.scale:.6g} J")
     return "\n".join(filter(None, lines))
 
 
