@@ -177,8 +177,14 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         components=[component.name for component in system.components],
         results=str(output),
     )
+    told: list[str] = []
+
+    def listen(line: str) -> None:
+        told.append(line)
+        say(line)
+
     prepared = prepare(
-        system, build_directory=options.build_folder, native=options.native, tell=say
+        system, build_directory=options.build_folder, native=options.native, tell=listen
     )
     count, links = len(system.components), len(prepared.wiring.links)
     detail(f"{system.name}: {count} FMUs, {links} connected variables")
@@ -186,7 +192,6 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         report is not None
         and system_scene(prepared.system, prepared.descriptions, prepared.wiring) is not None
     )
-    told: list[str] = []
 
     def heed(line: str) -> None:
         told.append(line)

@@ -105,6 +105,8 @@ def _powers(
     if not absorbers or not span:
         return
     detail = f"{first_of(absorbers, MOST)}, {quantity(whole, 'J')} over {span:g} s"
+    if water and (ramp := max((train.ramp for train in water.trains), default=0.0)):
+        detail += f" with a ramp of {ramp:g} s"
     yield Headline("mean power", quantity(whole / span, "W"), detail)
     if water and (incident := water.energy_flux(time)):
         detail = f"in waves of {quantity(incident, 'W')}/m"

@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 
 STORE = "kept_runs.sqlite"
 """File of kept runs in the build folder."""
+ONE_SEED = (
+    "each state is one sea of many: means over a few minutes are off by tens of percent by chance; "
+    "more seeds, as {seeds: 5}, give confidence intervals"
+)
 TO_MAKE = "to make"
 """Of the line with the number of runs."""
 SUFFIXES = (".nc", ".csv")
@@ -117,6 +121,8 @@ def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None
     for one in records:
         for line in _lines(one):
             warnings[line] = warnings.get(line, 0) + 1
+    if any(axis.repeats and len(axis) == 1 for axis in study.grid.axes):
+        warnings[ONE_SEED] = len(records)
     notes = (*work.notes, *filter(None, (one.text for one in study.grid.shares)))
     record = carried_record(
         study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes

@@ -17,7 +17,13 @@ import fmpy
 
 from m4e_fmi.cosim.network.interruption import setting_up
 from m4e_fmi.cosim.network.schedule import loop_library
-from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
+from m4e_fmi.cosim.preparation.components import (
+    WARNING,
+    Draft,
+    ReadyFmu,
+    check_components,
+    ready_fmus,
+)
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.scenario.plan import scenario_problems
@@ -66,8 +72,16 @@ def prepare(
         system = _as_system(system, tell)
         check_components(system)
         loop_library()
+        doubts: list[str] = []
+
+        def listen(line: str) -> None:
+            if f": {WARNING}" in line:
+                doubts.append(line)
+            if tell:
+                tell(line)
+
         if fmus is None:
-            fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
+            fmus = ready_fmus(system, build_directory, native=native, tell=listen, drafts=drafts)
         descriptions = described(system, fmus)
         wiring = connect(system, descriptions)
         rates = pace(system, descriptions)
@@ -90,7 +104,7 @@ def prepare(
                 system.components, descriptions, lambda k: k.doubts, system, descriptions, wiring
             ),
         )
-        notes = (*wiring.notes, *found, *refused, *late)
+        notes = (*doubts, *wiring.notes, *found, *refused, *late)
         prepared = Prepared(system, descriptions, wiring, structure, rates, apart, notes, warnings)
         return prepared.recording()
 

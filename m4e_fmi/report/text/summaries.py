@@ -45,7 +45,7 @@ def run_text(outcome: Outcome, told: Collection[str] = ()) -> str:
     messages = [message for message in outcome.messages if str(message) not in told]
     lines = [
         result_text(outcome.results()),
-        *outcome.notes,
+        *(note for note in outcome.notes if note not in told),
         *(line for line in map("warning: {}".format, outcome.warnings) if line not in told),
         *_messages(messages),
         *_lossy(outcome.energy),
