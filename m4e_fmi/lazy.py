@@ -1,10 +1,12 @@
-"""Names of a package that are imported when they are first used."""
+"""Names of a package that are imported when they are first used, and packages that are verbs."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
+from inspect import signature
+from types import ModuleType
 
 
 def lazy(
@@ -28,3 +30,13 @@ def lazy(
         return sorted({*vars(sys.modules[package]), *places})
 
     return get, listed
+
+
+def as_verb(package: str, function: Callable[..., object]) -> None:
+    """Let a `package` be called like its `function`: one name cannot be both in `m4e_fmi`."""
+
+    class Verb(ModuleType):
+        __call__ = staticmethod(function)
+        __signature__ = signature(function)
+
+    sys.modules[package].__class__ = Verb

@@ -42,15 +42,12 @@ from m4e_fmi.analysis.points import (
     observed,
     operating_point,
     program_and_model,
-    rate_unit,
 )
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import mass_matrix_program
 from m4e_fmi.program import Jacobian, Part, Program, Variable, jacobian, tangent
-from m4e_fmi.shown import listing, short, table
+from m4e_fmi.shown import listing, short
 
-MOST_COLUMNS = 8
-"""States and inputs of linear equations that are shown as a table."""
 MassMatrix = Callable[[OperatingPoint], Floats]
 """The mass matrix (n, n) [kg, kg.m, kg.m2] at a point, in the order of the coordinates."""
 
@@ -136,17 +133,14 @@ class Linearization:
         return self.states[: self.degrees_of_freedom]
 
     def __repr__(self) -> str:
-        title = f"Linearization of {self.point.program.name!r} at t = {self.point.time:g} s: "
-        causes = (*self.states, *self.inputs)
-        if len(causes) > MOST_COLUMNS:
-            title += f"A {_shape(self.A)}, B {_shape(self.B)}, C {_shape(self.C)}"
-            return listing(title, states=self.states, inputs=self.inputs, outputs=self.outputs)
-        names = [f"der({v.name}) [{rate_unit(v.unit)}]" for v in self.states]
-        names += [f"{v.name} [{v.unit}]" for v in self.outputs]
-        values = np.block([[self.A, self.B], [self.C, self.D]])
-        rows = [(name, *(f"{x:.5g}" for x in row)) for name, row in zip(names, values, strict=True)]
-        heads = ("", *(v.name for v in causes)), ("by", *(f"[{v.unit}]" for v in causes))
-        return table(f"{title}[A B; C D]", "<" + ">" * len(causes), *heads, *rows)
+        return listing(
+            f"Linearization of {self.point.program.name!r} at t = {self.point.time:g} s: "
+            f"A {_shape(self.A)}, B {_shape(self.B)}, C {_shape(self.C)}, D {_shape(self.D)}"
+            f"{', mechanical M, C, K, F' if self.mechanical else ''}",
+            states=self.states,
+            inputs=self.inputs,
+            outputs=self.outputs,
+        )
 
 
 class Linearizer:

@@ -12,7 +12,7 @@ efforts.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -20,7 +20,6 @@ import numpy as np
 
 from m4e_fmi.analysis.balance import Balance
 from m4e_fmi.analysis.equilibrium import TINY, balanced, resting
-from m4e_fmi.analysis.linearization import Linearizer
 from m4e_fmi.analysis.local_laws import ROUNDING, followed
 from m4e_fmi.analysis.modes import Modes, modes
 from m4e_fmi.analysis.points import (
@@ -96,13 +95,6 @@ class _OfMode:
             message = f"{name}: mode {self.number} does not oscillate where the search begins"
             raise RunError(message, "`m4e-fmi linearize` shows which do; start with less damping")
         return float(self.of(found) + 0.0)  # no -0
-
-
-def modes_named(point: OperatingPoint, names: Iterable[str]) -> dict[str, float]:
-    """Values at a point of those `names` that are of modes: frequencies [Hz], damping ratios."""
-    targets = [found for name in names if (found := _OfMode.named(name))]
-    found = modes(Linearizer(point.program).at(point)) if targets else None
-    return {str(target): target.value(point, found) for target in targets if found}
 
 
 def trimmed(
@@ -327,5 +319,6 @@ class _Search:
         return RunError(
             f"{point.program.name}: no equilibrium with these values was found{because}; the "
             f"nearest has {left} with {by}",
-            "start nearer, or let other parameters vary",
+            "start nearer, or let other parameters vary"
+            + "; modes change their numbers where they cross" * bool(self._modes),
         )

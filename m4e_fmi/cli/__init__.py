@@ -41,9 +41,10 @@ from m4e_fmi.cli import (
 )
 from m4e_fmi.cli.of_results import compare, decay, report
 from m4e_fmi.cli.shared.log import fail, logged, tell_event
-from m4e_fmi.cli.shared.options import EXIT_FAILED, is_fmu
+from m4e_fmi.cli.shared.options import EXIT_FAILED
 from m4e_fmi.cli.shared.output import Clean, clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
+from m4e_fmi.files.file_kinds import FMU_SUFFIX
 from m4e_fmi.signals import Terminated, ending_cleanly
 
 EXIT_USAGE = 2
@@ -88,9 +89,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words[:1] == ["help"]:
         words = [*words[1:], "--help"]
-    options = _parser().parse_args(words)
-    if words[:1] == ["simulate"] and is_fmu(options.model):  # by its own equations, stepped
-        options = _parser().parse_args(["run", *words[1:]])
+    is_fmu = any(word.lower().endswith(FMU_SUFFIX) for word in words)
+    stepped = words[:1] == ["simulate"] and is_fmu  # by its own equations
+    options = _parser().parse_args(["run", *words[1:]] if stepped else words)
     options.given = shlex.join(["m4e-fmi", *words])
     try:
         with logged(options, words):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,7 @@ from m4e_fmi.cli.shared.options import (
     pairs,
     start_values,
 )
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.errors import RunError
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import OperatingPoint
@@ -36,7 +35,7 @@ def add(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--such-that",
-        nargs="+",
+        nargs=2,
         action="append",
         default=[],
         metavar=("NAME", "VALUE"),
@@ -61,10 +60,9 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.analysis.rest_notes import rest_notes
-    from m4e_fmi.analysis.trim import modes_named
     from m4e_fmi.report import equilibrium_text, equilibrium_values
 
-    options.such_that = pairs("--such-that", list(map(_named_value, options.such_that)))
+    options.such_that = pairs("--such-that", options.such_that)
     source, at = load_equations(options), start_values(options)
     try:
         point = _found(source, at, options)
@@ -72,26 +70,11 @@ def _run(options: argparse.Namespace) -> None:
         also = "" if options.nearest else "; or take --nearest, which finds unstable ones, too"
         raise RunError(error.message, error.remedy + also) from None
     notes = rest_notes(point)
-    of_modes = modes_named(point, options.such_that)
-    text = equilibrium_text(point, varied=options.vary, of_modes=of_modes, notes=notes)
-    show_result(text, equilibrium_values(point) | of_modes, options)
+    text = equilibrium_text(point, varied=options.vary, notes=notes)
+    show_result(text, equilibrium_values(point), options)
     if options.json:
         for line in notes:
             note(f"note: {line}")
-
-
-def _named_value(words: Sequence[str]) -> Sequence[str]:
-    """Name and value of NAME VALUE, or of "NAME = VALUE"; InputError for anything else."""
-    text = " ".join(words)
-    if len(words) == 2 and "=" not in text:
-        return words
-    name, _, value = text.partition("=")
-    if not value:
-        raise InputError.single(
-            f"--such-that {text}: expected a name and a value",
-            "quote what has blanks: --such-that 'mode 1 frequency' '2 Hz'",
-        )
-    return name.strip(), value.strip()
 
 
 def _found(

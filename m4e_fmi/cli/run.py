@@ -22,14 +22,13 @@ from m4e_fmi.cli.shared.log import (
 from m4e_fmi.cli.shared.options import (
     add_options,
     animation_file,
-    is_fmu,
     load_system,
     output_file,
     report_file,
     start_values,
-    tell_equations,
 )
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
+from m4e_fmi.files.file_kinds import FMU_SUFFIX
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import Outcome, System
@@ -128,9 +127,7 @@ def _run(options: argparse.Namespace) -> None:
     output = output_file(options, system.name)
     with claimed(stream_of(output)):  # and the picture
         if options.start == "equilibrium":
-            system = at_equilibrium(
-                system, build_directory=options.build_folder, tell=tell_equations
-            )
+            system = at_equilibrium(system, build_directory=options.build_folder, tell=say)
         _run_to(output, system, options)
 
 
@@ -148,7 +145,7 @@ def _system(options: argparse.Namespace) -> System:
     times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
     settings = {key: getattr(options, key) for key in times}
     given = start_values(options)
-    if is_fmu(options.system):  # names of its variables may do without it
+    if options.system.suffix.lower() == FMU_SUFFIX:  # names of its variables may do without it
         owner = f"{system.components[0].name}."
         given = {owner + name.removeprefix(owner): value for name, value in given.items()}
         options.variables = [owner + name.removeprefix(owner) for name in options.variables]
@@ -240,7 +237,7 @@ def _write_beside(
 
     `output` is the file of results as given, and from the root on.
     """
-    from m4e_fmi.report import animate_run, plot_run, report_of_run, run_summary, run_text
+    from m4e_fmi.report import animate_run, plot_run, report_of_run
     from m4e_fmi.results.results_file import as_given
 
     assert outcome.path is not None
@@ -253,8 +250,6 @@ def _write_beside(
         if animation:
             files.append(animate_run(outcome.path, animation))
         if report:
-            printed = f"{run_text(outcome)}\n{run_summary(outcome)}"
-            made = report_of_run(outcome.path, report, printed=printed, command=options.given)
-            files.append(made)
+            files.append(report_of_run(outcome.path, report, command=options.given))
     finally:
         print_files(dict.fromkeys(files))

@@ -199,8 +199,7 @@ def _simulate_to(
         if report := report_file(options, output):
             from m4e_fmi.report import report_of_run
 
-            printed = f"{text}\n{summary}"
-            files += [report_of_run(files[0], report, printed=printed, command=options.given)]
+            files += [report_of_run(files[0], report, command=options.given)]
     finally:
         print_files(files)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import add_log, note, print_files, runs_progress, say, show, warn
+from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show
 from m4e_fmi.cli.shared.options import EXIT_FAILED, add_options, report_file
 from m4e_fmi.errors import InputError
 
@@ -74,20 +74,10 @@ def _run(options: argparse.Namespace) -> int:
             jobs=options.jobs,
             fresh=options.fresh,
             progress=progress,
-            tell=_tell,
+            tell=say,
         )
-    printed = summary(outcome)
-    show(printed)
+    show(summary(outcome))
     print_files([output])
     if report:
-        given = options.given
-        print_files([report_of_study(output, report, printed=printed, command=given)])
+        print_files([report_of_study(output, report, command=options.given)])
     return EXIT_FAILED if outcome.failures else 0
-
-
-def _tell(line: str) -> None:
-    """Tell a line: warnings and the number of runs stand above the bar of progress."""
-    from m4e_fmi.study.run import TO_MAKE
-    from m4e_fmi.study.shown.warnings import WARNING
-
-    (warn if WARNING in line else note if TO_MAKE in line else say)(line)

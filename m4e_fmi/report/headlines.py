@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -30,10 +30,10 @@ MOST = 3
 """Variables of one kind that are named."""
 _COORDINATE = re.compile(r"(?:.+\.)?joint\.(\w+)\.q\w*")
 _EXCURSIONS = (
-    ("largest offset", "m", 1.0, ("surge", "sway")),
-    ("largest tilt", "deg", 180.0 / math.pi, ("pitch", "roll")),
+    ("largest offset", "m", ("surge", "sway")),
+    ("largest tilt", "deg", ("pitch", "roll")),
 )
-"""From the reference pose: name, unit, its number in SI, motions."""
+"""From the reference pose: name, unit, motions."""
 _PLACE = re.compile(r"(?:.+\.)?body\.\w+\.(?:[xyz]|phi|theta|psi)")
 PREFIXED = ("m", "N", "N.m", "W", "J")
 """Units that are shown with prefixes."""
@@ -57,14 +57,18 @@ def headlines(results: Results) -> list[Headline]:
         return []
     components = results.components
     named = next(iter(components.values())) if len(components) == 1 else results.series
-    series = {name: one for name, one in named.items() if one.recorded.is_real}
+    reals = {name: one for name, one in named.items() if one.recorded.is_real}
+    series = {name: one for name, one in reals.items() if np.isfinite(one.values).all()}
     water, time = _water(results), results.time
     absorbers = _absorbers(series, water)
     found = [*_powers(absorbers, time, water), *_tensions(series, time)]
     if found:
         strokes = [*_strokes(series, absorbers)] or (_motions(series, time) if absorbers else [])
-        return [*found, *_excursions(series), *strokes]
-    return [*_energy(series), *_motions(series, time)] or _ranges(series)
+        found += [*_excursions(series), *strokes]
+    else:
+        found = [*_energy(series), *_motions(series, time)] or _ranges(series)
+    unknown = first_of((name for name in reals if name not in series), MOST)
+    return [*found, Headline("not finite", unknown)] if unknown else found
 
 
 def _water(results: Results) -> Water | None:
@@ -76,86 +80,97 @@ def _water(results: Results) -> Water | None:
 
 
 def _absorbers(series: Mapping[str, Series], water: Water | None) -> dict[str, np.ndarray]:
-    """Powers (n,) [W] that are absorbed, by owner.
+    """Powers (n,) [W] by owner: those of components, which count what they absorb.
 
-    Those of components; without them, in waves, of a model's dampers on a line or a joint.
+    Without them, in waves, those that a model's dampers on a line or a joint absorb.
     """
     owners = {
-        name.removesuffix(".power"): one
+        name.removesuffix("power").rstrip("."): (one.name, power)
         for name, one in series.items()
-        if name.endswith(".power") and watts(one.unit)
+        if name.rpartition(".")[2] == "power" and (power := _in(one, "W")) is not None
     }
-    found = {n: watts(one.unit) * one.values for n, one in owners.items() if one.name == "power"}
+    found = {owner: power for owner, (name, power) in owners.items() if name == "power"}
     if found or not (water and water.trains):
         return found
     rates = ("distance_rate", "twist_rate")
     return {
-        owner: -one.values
-        for owner, one in owners.items()
-        if np.mean(one.values) < 0.0 and any(f"{owner}.{rate}" in series for rate in rates)
+        owner: -power
+        for owner, (_, power) in owners.items()
+        if np.mean(power) < 0.0 and any(f"{owner}.{rate}" in series for rate in rates)
     }
 
 
 def _powers(
     absorbers: Mapping[str, np.ndarray], time: np.ndarray, water: Water | None
 ) -> Iterator[Headline]:
-    """Mean and energy of the power that is absorbed, and the capture width."""
+    """Mean power: in waves of all take-offs together, with the capture width; else of each."""
     span = float(time[-1] - time[0])
-    whole = float(sum(np.trapezoid(one, time) for one in absorbers.values()))
-    if not absorbers or not span:
+    energies = {owner: float(np.trapezoid(one, time)) for owner, one in absorbers.items()}
+    if not span:
         return
-    detail = f"{first_of(absorbers, MOST)}, {quantity(whole, 'J')} over {span:g} s"
-    if water and (ramp := max((train.ramp for train in water.trains), default=0.0)):
-        detail += f" with a ramp of {ramp:g} s"
-    yield Headline("mean power", quantity(whole / span, "W"), detail)
-    if water and (incident := water.energy_flux(time)):
-        detail = f"in waves of {quantity(incident, 'W')}/m"
-        yield Headline("capture width", f"{whole / span / incident:.3g} m", detail)
+    if not (water and water.trains):
+        for owner, energy in list(energies.items())[:MOST]:
+            detail = f"{owner or 'power'}, {quantity(energy, 'J')} over {span:g} s"
+            yield Headline("mean power", quantity(energy / span, "W"), detail)
+    elif energies:
+        whole = sum(energies.values())
+        detail = f"{first_of(energies, MOST)}, {quantity(whole, 'J')} over {span:g} s"
+        if ramp := max(train.ramp for train in water.trains):
+            detail += f" with a ramp of {ramp:g} s"
+        yield Headline("mean power", quantity(whole / span, "W"), detail)
+        if (incident := water.energy_flux(time)) and whole > 0.0:
+            detail = f"in waves of {quantity(incident, 'W')}/m"
+            yield Headline("capture width", f"{whole / span / incident:.3g} m", detail)
 
 
 def _tensions(series: Mapping[str, Series], time: np.ndarray) -> Iterator[Headline]:
     """The largest tension of a line."""
-    lines = {n: one for n, one in series.items() if one.name.endswith("fairlead_tension")}
-    if not lines:
-        return
-    name = max(lines, key=lambda n: float(np.max(lines[n].values)))
-    values = lines[name].values
-    at = int(np.argmax(values))
-    line = name.removesuffix(".fairlead_tension")
-    yield Headline(
-        "largest line tension", quantity(float(values[at]), "N"), f"{line}, at {time[at]:.4g} s"
-    )
+    lines = {
+        name.removesuffix(".fairlead_tension"): tension
+        for name, one in series.items()
+        if one.name.endswith("fairlead_tension") and (tension := _in(one, "N")) is not None
+    }
+    if lines:
+        line = max(lines, key=lambda n: float(np.max(lines[n])))
+        at = int(np.argmax(lines[line]))
+        value = quantity(float(lines[line][at]), "N")
+        yield Headline("largest line tension", value, f"{line}, at {time[at]:.4g} s")
 
 
 def _excursions(series: Mapping[str, Series]) -> Iterator[Headline]:
     """The largest horizontal way and the largest tilt of bodies in water."""
-    for name, unit, scale, (first, second) in _EXCURSIONS:
+    for name, unit, (first, second) in _EXCURSIONS:
         sizes = {}
         for at, one in series.items():
-            if one.name.endswith(f".{first}"):
-                body = at.removesuffix(f".{first}")
-                beside = series[f"{body}.{second}"].values if f"{body}.{second}" in series else 0.0
-                sizes[body] = scale * float(np.max(np.hypot(one.values, beside)))
+            body, _, motion = at.rpartition(".")
+            if motion == first and (way := _in(one, unit)) is not None:
+                other = series.get(f"{body}.{second}")
+                beside = None if other is None else _in(other, unit)
+                sizes[body] = float(np.max(np.hypot(way, 0.0 if beside is None else beside)))
         if sizes:
             body = max(sizes, key=lambda n: sizes[n])
             yield Headline(name, f"{aligned(sizes[body])[0]} {unit}", body)
 
 
 def _strokes(series: Mapping[str, Series], absorbers: Iterable[str]) -> Iterator[Headline]:
-    """The stroke of what absorbs power, or its angle: the largest of several."""
-    names = (f"{owner}.{way}" for owner in absorbers for way in ("extension", "distance", "twist"))
-    found = [name for name in names if name in series]
-    if found:
-        name = max(found, key=lambda n: float(np.ptp(series[n].values)))
-        yield replace(_range(name, series[name]), name="stroke", detail=name.rpartition(".")[0])
+    """The largest stroke of what absorbs power: how far its length changes."""
+    strokes = {
+        owner: float(np.ptp(length))
+        for owner in absorbers
+        for name in (f"{owner}.extension", f"{owner}.distance")
+        if name in series and (length := _in(series[name], "m")) is not None
+    }
+    if strokes:
+        owner = max(strokes, key=lambda n: strokes[n])
+        yield Headline("stroke", quantity(strokes[owner], "m"), owner)
 
 
 def _energy(series: Mapping[str, Series]) -> list[Headline]:
     """Kinetic and potential energy of each model, at the end and at the start."""
     found = []
     for name, one in series.items():
-        if name.endswith("energy.total"):
-            start, end = (quantity(float(x), "J") for x in one.values[[0, -1]])
+        if name.endswith("energy.total") and (energy := _in(one, "J")) is not None:
+            start, end = (quantity(float(x), "J") for x in energy[[0, -1]])
             owner = name.removesuffix(".energy.total")
             text = f"energy of {owner}" if owner != name else "energy"
             found.append(Headline(text, end, f"at the end; {start} at the start"))
@@ -164,8 +179,9 @@ def _energy(series: Mapping[str, Series]) -> list[Headline]:
 
 def _motions(series: Mapping[str, Series], time: np.ndarray) -> list[Headline]:
     """Ranges of the coordinates that move most, and the period of the first of them."""
-    found = {n: one for n, one in series.items() if _COORDINATE.fullmatch(one.name)}
-    found = found or {n: one for n, one in series.items() if _PLACE.fullmatch(one.name)}
+    moved = {n: one for n, one in series.items() if np.ptp(one.values)}
+    found = {n: one for n, one in moved.items() if _COORDINATE.fullmatch(one.name)}
+    found = found or {n: one for n, one in moved.items() if _PLACE.fullmatch(one.name)}
     first = sorted(found, key=lambda n: -float(np.ptp(found[n].values)))[:MOST]
     ranges = [_range(name, one) for name, one in found.items() if name in first]
     with suppress(UndefinedError, IndexError):
@@ -193,13 +209,19 @@ def _range(name: str, one: Series) -> Headline:
     return Headline(name, shown if unit == "1" else f"{shown} {unit}".rstrip())
 
 
+def _in(one: Series, unit: str) -> np.ndarray | None:
+    """The values (n,) in `unit`; None if theirs is of another dimension. An angle counts as 1."""
+    factor = _factor(one.unit, unit)
+    return factor * one.values if factor else None
+
+
 @cache
-def watts(unit: str) -> float:
-    """Watts of a unit of power; 0 for any other unit."""
+def _factor(unit: str, into: str) -> float:
+    """The number of units `into` in one `unit`; 0 if it is of another dimension."""
     try:
-        found, watt = parse_unit(unit), parse_unit("W")
+        found, wanted = parse_unit(unit), parse_unit(into)
     except ValueError:
         return 0.0
     angles = BASE_UNITS.index("rad")
-    ours, theirs = (u.exponents[:angles] + u.exponents[angles + 1 :] for u in (found, watt))
-    return found.factor if ours == theirs else 0.0
+    ours, theirs = (u.exponents[:angles] + u.exponents[angles + 1 :] for u in (found, wanted))
+    return found.factor / wanted.factor if ours == theirs else 0.0

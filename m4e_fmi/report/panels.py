@@ -97,7 +97,9 @@ class _Rule:
 
 
 _WATER = re.compile(r"wave\.elevation$|fairlead_tension$")
+_OF_MODELS = re.compile(r"(?:^|\.)(?:joint|body|point|load|energy|inputs)\.")
 _JOINT = r"joint\.\w+\.q\w*$"
+_ATTITUDE = re.compile(r"\.(?:phi|theta|psi)$")
 _EFFORT = r"\.effort\w*$|(?:^|\.)load\.\w+\.moment$"
 # `inputs.power` of a model lifts and lowers its weight, which hides what a take-off takes
 _RULES = (
@@ -121,7 +123,8 @@ _MECHANISM = (
 def panels(series: dict[str, Series]) -> list[Panel]:
     """The panels for `series` (full name → series): the usual ones, else one per unit.
 
-    Of mechanisms, which have joints and no water: angles, positions and efforts.
+    Of mechanisms, which have joints and no water: angles, positions and efforts of joints, and what
+    is of other components.
     """
     names = [one.name for one in series.values()]
     wet = any(map(_WATER.search, names))
@@ -137,7 +140,10 @@ def panels(series: dict[str, Series]) -> list[Panel]:
         }
         if found:
             usual.append(Panel(rule.title, rule.unit, rule.scale, found, rule.from_start))
-    return [*map(_scaled, usual)] if len(usual) > 1 or (dry and usual) else by_unit(series)
+    if dry:
+        rest = {name: one for name, one in series.items() if not _OF_MODELS.search(one.name)}
+        return [*map(_scaled, usual), *by_unit(rest)]
+    return [*map(_scaled, usual)] if len(usual) > 1 else by_unit(series)
 
 
 def by_unit(series: dict[str, Series]) -> list[Panel]:
@@ -194,10 +200,10 @@ def _changing(panel: Panel) -> dict[str, Series]:
 
 
 def _unwrapped(one: Series) -> np.ndarray:
-    """The values as numbers (n_times,); of an angle within ±π [rad] without its jumps by 2π."""
+    """The values as numbers (n_times,); of an attitude within ±π [rad] without its jumps by 2π."""
     values = one.values.astype(float)
     known = np.isfinite(values)
-    if one.unit == "rad" and np.abs(values[known]).max(initial=0.0) <= math.pi:
+    if _ATTITUDE.search(one.name) and np.abs(values[known]).max(initial=0.0) <= math.pi:
         values[known] = np.unwrap(values[known])
     return values
 

@@ -5,10 +5,7 @@ values, and audits its energy. Imports `program`, `runtime`, `multibody`. Start 
 then `audit`. The package itself can be called as `simulate` is: ``m4e_fmi.simulate(model, …)``.
 """
 
-import sys
-from inspect import signature
-from types import ModuleType
-
+from m4e_fmi.lazy import as_verb
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.simulate.audit import EnergyAudit
 from m4e_fmi.simulate.simulation import Event, Simulation, SimulationError, simulate
@@ -27,11 +24,4 @@ __all__ = [
 __doc__ = simulate.__doc__
 
 
-class _Verb(ModuleType):
-    """A package that is called like its function: one name cannot be both in `m4e_fmi`."""
-
-    __call__ = staticmethod(simulate)
-    __signature__ = signature(simulate)
-
-
-sys.modules[__name__].__class__ = _Verb
+as_verb(__name__, simulate)

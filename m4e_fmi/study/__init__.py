@@ -8,10 +8,7 @@ each run) and `run`; `report/` is the page of a result. The package itself can b
 `run_study` is: ``m4e_fmi.study("study.yaml", …)``. It may import everything but `cli`.
 """
 
-import sys
-from inspect import signature
-from types import ModuleType
-
+from m4e_fmi.lazy import as_verb
 from m4e_fmi.study.given.study import Study, load_study
 from m4e_fmi.study.report.of_study import report_of_study, write_report
 from m4e_fmi.study.run import StudyOutcome, run_study
@@ -31,11 +28,4 @@ __all__ = [
 __doc__ = run_study.__doc__
 
 
-class _Verb(ModuleType):
-    """A package that is called like its function: one name cannot be both in `m4e_fmi`."""
-
-    __call__ = staticmethod(run_study)
-    __signature__ = signature(run_study)
-
-
-sys.modules[__name__].__class__ = _Verb
+as_verb(__name__, run_study)

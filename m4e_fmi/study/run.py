@@ -35,8 +35,6 @@ ONE_SEED = (
     "each state is one sea of many: means over a few minutes are off by tens of percent by chance; "
     "more seeds, as {seeds: 5}, give confidence intervals"
 )
-TO_MAKE = "to make"
-"""Of the line with the number of runs."""
 SUFFIXES = (".nc", ".csv")
 
 NO_RUN = Record(wall_time=math.nan)
@@ -156,7 +154,7 @@ def _records(
     first = {keys[run]: run for run in reversed(runs) if keys[run] not in by_key}
     missing = sorted(first.values())
     took = f", the last took {[*by_key.values()][-1].wall_time:.2g} s" if by_key else ""
-    tell(f"{kept} runs kept, {count - kept} {TO_MAKE}{took}")
+    tell(f"note: {kept} runs kept, {count - kept} to make{took}")
     if progress:
         progress(done, count)
     try:

@@ -171,7 +171,7 @@ def test_a_csv_that_is_not_taken_at_the_end(
     assert not (project / "r.csv").exists()  # of an earlier run, beside results of this one
     assert len(load("r.nc").time) == 3001
     assert load("r.nc").attributes["ended"] == "at the stop time"
-    assert "simulated 300 s" in told.out
+    assert "wrote r.nc" in told.out
     assert told.out.endswith("wrote r.nc\n")
     assert "r.csv: cannot be written: " in told.err
     assert "the results are complete in r.nc (3,001 rows); r.csv is not written" in told.err

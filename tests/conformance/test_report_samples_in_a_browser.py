@@ -110,7 +110,7 @@ def test_names_of_others_do_nothing(page: Page, tmp_path: Path) -> None:
     units = dict.fromkeys(values, "<b>m</b>")
     texts = {"title": HOSTILE, "comment": HOSTILE, "notes": HOSTILE}
     made = results_of(time, values, units=units, attributes=texts)
-    opened(page, report_of_run(made, tmp_path / "r.html", printed=HOSTILE))
+    opened(page, report_of_run(made, tmp_path / "r.html", command=HOSTILE))
     page.value("document.querySelector('.groups details').open = true")
     page.value("report.spectra.draw()")
     page.value("document.querySelector('.plot').scrollIntoView({block: 'center'})")

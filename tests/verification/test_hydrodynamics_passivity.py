@@ -321,7 +321,7 @@ def test_a_body_without_memory_is_named() -> None:
     told: list[str] = []
     fit_radiation(replace(data, radiation_damping=calm), progress=told.append)
     assert [text for text in told if "no radiation memory" in text] == [
-        "body 'large' has no radiation memory: it makes almost no waves"
+        "note: body 'large' has no radiation memory: it makes almost no waves"
     ]
 
 

@@ -98,7 +98,8 @@ def _prepared(
         problems += error.problems
     InputError.raise_for(problems)
     for hull in hulls:
-        progress(_hull_text(hull, config.water))
+        text = _hull_text(hull, config.water)
+        progress(f"note: {text}" if "capsizes" in text else text)
     return hulls, waves
 
 

@@ -23,6 +23,7 @@ from m4e_fmi.analysis.comparison.measures import (
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.results.compared_file import ComparedFile, check_marks, read_compared
 from m4e_fmi.results.results_file import Results
+from m4e_fmi.shown import first_of
 
 SMALL_PART = 0.05
 """Part of a reference that may be lacking, if that is less than two of its steps."""
@@ -199,8 +200,4 @@ def _grouped_notes(found: Mapping[str, Difference]) -> list[str]:
             texts.append("no rows in common")
         for text in texts:
             by_text.setdefault(text, []).append(name)
-    return [
-        f"{', '.join(names[:_MOST_NAMED])}"
-        f"{f' and {len(names) - _MOST_NAMED} more' if len(names) > _MOST_NAMED else ''}: {text}"
-        for text, names in by_text.items()
-    ]
+    return [f"{first_of(names, _MOST_NAMED)}: {text}" for text, names in by_text.items()]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.log import note, say, warn
+from m4e_fmi.cli.shared.log import say, warn
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -185,13 +185,6 @@ def output_file(options: argparse.Namespace, name: str) -> Path:
     return path
 
 
-def is_fmu(path: Path) -> bool:
-    """True for the file of an FMU, by its name."""
-    from m4e_fmi.files.file_kinds import FMU_SUFFIX
-
-    return path.suffix.lower() == FMU_SUFFIX
-
-
 def is_system(path: Path) -> bool:
     """True for a file of a system, not a model: a package, or YAML with components."""
     from m4e_fmi.files.document import Document
@@ -238,7 +231,7 @@ def load_program(system: System, options: argparse.Namespace) -> Program:
         keep_open=options.open,
         settled=options.settled,
         build_directory=options.build_folder,
-        tell=tell_equations,
+        tell=say,
     )
 
 
@@ -252,21 +245,8 @@ def load_in_waves(system: System, options: argparse.Namespace, *, highest: float
         keep_open=options.open,
         settled=options.settled,
         build_directory=options.build_folder,
-        tell=tell_equations,
+        tell=say,
     )
-
-
-def tell_equations(line: str) -> None:
-    """Tell what matters of the equations of a system: warnings, and what stands in for others.
-
-    Other lines are progress.
-    """
-    if "warning" in line:
-        warn(line)
-    elif line.startswith(("left open", "settled")):
-        note(line)
-    else:
-        say(line)
 
 
 def load_system(path: Path) -> System:

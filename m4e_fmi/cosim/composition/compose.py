@@ -112,7 +112,7 @@ def _program(
             for link in wiring.all_links
             if link.source.component == name and link.target.component in found.programs
         ]
-        tell(f"left open: {name}; inputs instead of it: {', '.join(lacking) or 'none'}")
+        tell(f"note: left open: {name}; inputs instead of it: {', '.join(lacking) or 'none'}")
     laws = stand_ins(
         system,
         found.settled,
@@ -151,7 +151,7 @@ def _program(
     if laws:
         whole = whole.with_start(dict(operating_point(whole).values))
     for name, (_, law) in laws.items():
-        tell(f"settled: {name}: {law}")
+        tell(f"note: settled: {name}: {law}")
     return whole
 
 

@@ -181,8 +181,8 @@ class CouplingErrorReport:
 
 
 def share_text(share: float) -> str:
-    """A share of 1 in percent, with two digits."""
-    return f"{100.0 * share:.2g} %"
+    """A share of 1 in percent, with two digits, or a whole number."""
+    return f"{100.0 * share:.{'0f' if share >= 0.1 else '2g'}} %"
 
 
 def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:

@@ -179,20 +179,15 @@ class Probe:
         self,
         changed: Sequence[ModelVariable] = (),
         values: np.ndarray | None = None,
-        *,
-        initial_inputs: np.ndarray | None = None,
     ) -> Probe:
         """This instance at its first step or, in model exchange, in continuous-time mode.
 
-        It has other start `values` (n_changed,) for Reals that are `changed`, and in initialization
-        mode it gets `initial_inputs` (n_inputs,), in their units.
+        It has other start `values` (n_changed,), in their units, for Reals that are `changed`.
         """
         self.setup()
         if values is not None:
             self.put(changed, values)
         self.fmu.enter_initialization()
-        if initial_inputs is not None:
-            self.put(self.subject.inputs, initial_inputs, "setting inputs")
         self.fmu.exit_initialization()
         if self.exchange:
             self._settle()

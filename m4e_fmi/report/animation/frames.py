@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.report.animation.scene import GROUND, Cable, Followed, Place, Scene, Spot, Value
+from m4e_fmi.shown import first_of
 
 Floats = NDArray[np.float64]
 PER_BODY = 7
@@ -153,8 +154,7 @@ def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> in
     names = [value.variable for value in values if isinstance(value, Followed)]
     missing = sorted({name for name in names if name not in series})
     if missing:
-        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-        message = f"it has no {missing[0]!r}{more}, which the animation follows"
+        message = f"it has no {first_of(map(repr, missing), 1)}, which the animation follows"
         raise InputError.single(message, "record them: run with --animate, or without --variables")
     nodes = (v for cable in scene.cables for node in _nodes(cable, series) for v in node)
     names += [value.variable for value in nodes if isinstance(value, Followed)]

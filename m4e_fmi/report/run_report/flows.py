@@ -144,4 +144,7 @@ def balance_of(results: Results) -> EnergyAudit | None:
 def energy_closes(results: Results) -> str:
     """How well they add up, in words; "" of other results."""
     audit = balance_of(results)
-    return f"closes to {100 * audit.relative:.1e} % of {audit.scale:.6g} J" if audit else ""
+    if audit is None:
+        return ""
+    share = f"{100 * audit.relative:.1e} % of the largest energy exchanged"
+    return f"closes to {share}, {audit.scale:.6g} J"

@@ -39,25 +39,23 @@ FIRST_PLOTS = '<div class="first-plots"></div>'
 """Place of the first plots where nothing is animated."""
 
 
-def report_of_run(
-    results: str | Path | Results, path: str | Path, *, printed: str = "", command: str = ""
-) -> Path:
+def report_of_run(results: str | Path | Results, path: str | Path, *, command: str = "") -> Path:
     """Write the report of `results`, a file or what `load` made of it, to `path` (.html).
 
-    The page needs nothing else, and has every sample of the results. `printed` is what the run has
-    printed, `command` its command line. InputError for results that are damaged, have no rows, or
-    have more than 60 million samples; RunError if the file cannot be written.
+    The page needs nothing else, and has every sample of the results. `command` is the command line
+    of the run. InputError for results that are damaged, have no rows, or have more than 60 million
+    samples; RunError if the file cannot be written.
     """
     path = Path(path)
     check_suffix(path, (".html",), "a report")
     found = results if isinstance(results, Results) else load_results(results)
-    text = page_text(_page(found, printed, command))
+    text = page_text(_page(found, command))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
 
 
-def _page(results: Results, printed: str, command: str) -> Page:
+def _page(results: Results, command: str) -> Page:
     name = str(results.path)
     _check(results, name)
     record, end = record_of(results.attributes, name), end_of(results.attributes, name)
@@ -74,7 +72,7 @@ def _page(results: Results, printed: str, command: str) -> Page:
     if flows:
         sections.append(PageSection("power", "Power flow", text_of(OWN, "flows.html")))
     sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
-    told = numerics(results, record, end, printed) + (paragraph(why, "note") if why else "")
+    told = numerics(results, record, end) + (paragraph(why, "note") if why else "")
     sections.append(PageSection("numerics", "Numerics", told, folded=True))
     if record.graph:
         sections.append(PageSection("system", "System", _drawing(record.graph), folded=True))

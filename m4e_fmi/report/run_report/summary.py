@@ -43,7 +43,7 @@ def _doubts(results: Results, record: Record, end: RecordEnd) -> Iterator[str]:
     elif ended != AT_STOP:
         yield f"The run ended early: {ended}."
     notes = told.get("notes", "").splitlines()
-    yield from (line.removeprefix(WARNING) for line in notes if line.startswith(WARNING))
+    yield from (line.replace(WARNING, "", 1) for line in notes if WARNING in line)
     yield from (f"Message of {line}" for line in told.get("messages", "").splitlines())
     error, coverage = told.get("coupling_error", ""), told.get("coupling_error_from", "")
     if "not known" in error:
@@ -62,17 +62,15 @@ def _doubts(results: Results, record: Record, end: RecordEnd) -> Iterator[str]:
         yield f"The energy balance {energy_closes(results)}"
 
 
-def numerics(results: Results, record: Record, end: RecordEnd, printed: str) -> str:
-    """Steps, errors, energies and extremes; `printed` is what the run has printed."""
+def numerics(results: Results, record: Record, end: RecordEnd) -> str:
+    """Steps, errors, energies and extremes."""
     told = results.attributes
-    notes = [n for n in told.get("notes", "").splitlines() if not n.startswith(WARNING)]
+    notes = [n for n in told.get("notes", "").splitlines() if WARNING not in n]
     parts = [facts(_facts(results, record, end))]
     for heading, listed in (("Notes", notes), ("Scenario", told.get("scenario", "").splitlines())):
         if text := lines(listed):
             parts.append(f"<h3>{heading}</h3>{text}")
     parts += [_errors(end), _energies(results, record, end), _extremes(results)]
-    if printed:
-        parts.append(folded("As printed by the run", printed))
     return "\n".join(filter(None, parts))
 
 

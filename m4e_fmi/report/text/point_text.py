@@ -53,13 +53,12 @@ def equilibrium_text(
     point: OperatingPoint,
     *,
     varied: Sequence[str] = (),
-    of_modes: Mapping[str, float] | None = None,
     notes: Sequence[str] = (),
 ) -> str:
     """The pose, other states, and the outputs that are not zero, a line each; then `notes`.
 
     An array of outputs, such as the nodes of a mooring line, has one line, of its range.
-    `varied` names parameters and inputs that were found for it, `of_modes` has values of its modes.
+    `varied` names parameters and inputs that were found for it.
     """
     program, values = point.program, equilibrium_values(point)
     free = attitudes(program)
@@ -77,7 +76,6 @@ def equilibrium_text(
     if any(TIME in program.dependencies(node) for node in program.rates):
         lines[0] += " (its loads depend on time: it is their balance at that time)"
     lines += [f"  {v.name:<40} {shown[v.name]: .9g} {v.unit} (found)" for v in found]
-    lines += [f"  {name:<40} {value: .9g}" for name, value in (of_modes or {}).items()]
     lines += [f"  {v.name:<40} {shown[v.name]: .9g} {v.unit}" for v in states]
     acting = [v for v in outputs if shown[v.name]]
     if acting:

@@ -9,6 +9,7 @@ import numpy as np
 
 from m4e_fmi.report.headlines import headlines
 from m4e_fmi.report.panels import Panel, aligned, fitting, moving, panels, percent, quantity
+from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.results.results_file import Results, Series
 from m4e_fmi.shown import WIDTH, columns
 
@@ -189,9 +190,8 @@ def simulation_text(simulation: Simulation, results: Results) -> str:
             f"  {event.name:<32} {event.time: .9g} s{', the end' if event.terminal else ''}"
             for event in simulation.events
         ]
-    if audit := simulation.energy:
-        share = f"{100 * audit.relative:.1e} % of the largest energy exchanged"
-        lines.append(f"energy balance closes to {share}, {audit.scale:.6g} J")
+    if closes := energy_closes(results):
+        lines.append(f"energy balance {closes}")
     return "\n".join(filter(None, lines))
 
 

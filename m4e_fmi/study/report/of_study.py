@@ -19,24 +19,21 @@ OWN = "m4e_fmi.study.report"
 SCRIPTS = ("dims.js", "maps.js", "scatter.js", "numbers.js", "runs.js", "study_report.js")
 
 
-def report_of_study(
-    results: str | Path, path: str | Path, *, printed: str = "", command: str = ""
-) -> Path:
+def report_of_study(results: str | Path, path: str | Path, *, command: str = "") -> Path:
     """Write the report of the result file of a study (.nc) to `path` (.html).
 
-    The page needs nothing else. `printed` is what the study has printed, `command` its command
-    line. InputError for a file that is missing, damaged, or no result of a study; RunError if the
-    report cannot be written.
+    The page needs nothing else. `command` is the command line of the study. InputError for a file
+    that is missing, damaged, or no result of a study; RunError if the report cannot be written.
     """
     path = Path(path)
     check_suffix(path, (".html",), "a report")
-    text = page_text(_page(load_study_result(Path(results)), printed, command))
+    text = page_text(_page(load_study_result(Path(results)), command))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
 
 
-def _page(result: StudyResult, printed: str, command: str) -> Page:
+def _page(result: StudyResult, command: str) -> Page:
     contributed = contributions(result)
     content = content_of(result, contributed)
     sections = [PageSection("warnings", "Warnings", warnings(result))]
@@ -57,7 +54,7 @@ def _page(result: StudyResult, printed: str, command: str) -> Page:
     if result.series:
         sections.append(PageSection("histories", "Time histories", _runs(result)))
         sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
-    sections.append(PageSection("numerics", "Numerics", numerics(result, printed), folded=True))
+    sections.append(PageSection("numerics", "Numerics", numerics(result), folded=True))
     made_of = reproduction(result, command)
     sections.append(PageSection("inputs", "Reproduction", made_of, folded=True))
     return Page(

@@ -60,13 +60,11 @@ def warnings(result: StudyResult) -> str:
     return paragraph(f"No run failed; no warnings{accuracy}.", "good")
 
 
-def numerics(result: StudyResult, printed: str) -> str:
-    """Runs, what was varied and wanted, start-up, times; `printed` by the command."""
+def numerics(result: StudyResult) -> str:
+    """Runs, what was varied and wanted, start-up, times."""
     parts = [facts(_facts(result))]
     if notes := lines(result.record.notes):
         parts.append(f"<h3>How the runs were made</h3>{notes}")
-    if printed:
-        parts.append(folded("As printed by the study", printed))
     return "\n".join(parts)
 
 

@@ -306,11 +306,12 @@ def test_results_are_printed_as_tables_with_units() -> None:
         gravity=9.81,
     )
     linear = linearize(model, inputs=["joint.pin.effort"])
-    assert re.search(r"der\(joint\.pin\.u\) \[rad/s2\] +-7\.3575 +-?0 +0\.75\n", repr(linear))
     assert re.search(r"\n +1 +2\.71247 +0\.431703 +0 ", repr(modes(linear)).replace("-0 ", "0 "))
     found = sensitivity(model, of=["der(joint.pin.u)"], by=["joint.pin.q", "L"])
     assert re.search(r"pin\.u\)\) +/ d\(joint\.pin\.q\) +-7\.3575 +rad/s2/rad", repr(found))
     change = repr(eigenvalue_sensitivity(model, by=["L"]))
-    assert re.search(r"mode 1, 2\.71247 rad/s: +d\|λ\| / d\(L\) +-0\.67811\d +\(rad/s\)/\(m\)", change)
+    assert re.search(
+        r"mode 1, 2\.71247 rad/s: +d\|λ\| / d\(L\) +-0\.67811\d +\(rad/s\)/\(m\)", change
+    )
     course = trajectory_sensitivity(model, of=["joint.pin.q"], by=["joint.pin.q"], stop_time=0.1)
     assert re.search(r"/ d\(joint\.pin\.q\) +0\.9634\d* +1 +rad/rad", repr(course))

@@ -305,7 +305,7 @@ def test_design_by_one_command(here, capsys):
         "loads: {s: {type: joint_effort, joint: rail, "
         "effort: -k*joint.rail.q - c*joint.rail.u}}\n"
     )
-    command = ["equilibrium", "spring.model.yaml", "--such-that", "mode 1 = 2 Hz"]
+    command = ["equilibrium", "spring.model.yaml", "--such-that", "mode 1 frequency", "2 Hz"]
     damped = ["--such-that", "mode 1 damping", "5 %", "--vary", "k", "c"]
     assert main([*command, *damped, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -11,7 +11,6 @@ from support.reports import results_of
 from m4e_fmi.report.animation.scene import Scene, Train, Water
 from m4e_fmi.report.animation.scene_text import carried
 from m4e_fmi.report.headlines import headlines
-from m4e_fmi.statistics.marine import wave_power
 
 TIME = np.linspace(0.0, 100.0, 2001)
 UNITS = {
@@ -34,10 +33,13 @@ def train(height: float, period: float, depth: float, ramp: float = 0.0) -> Trai
     ("period", "depth"), [(6.0, np.inf), (6.0, 500.0), (9.0, 20.0), (14.0, 8.0)]
 )
 def test_the_energy_flux_of_a_regular_wave(period: float, depth: float) -> None:
-    """ρ g H²/8 c_g: that of an irregular sea of √2 times the height."""
-    water = Water(depth, (train(2.0, period, depth),), density=1000.0)
-    expected = wave_power(2.0 * np.sqrt(2.0), period, depth=depth, density=1000.0)
-    assert water.energy_flux(TIME) == pytest.approx(float(expected), rel=1e-9)
+    """ρ g H²/8 times dω/dk, by differences of the dispersion relation ω² = g k tanh kh."""
+    wave = train(2.0, period, depth)
+    water = Water(depth, (wave,), density=1000.0)
+    near = wave.number[0] * np.array([1.0 - 1e-5, 1.0 + 1e-5])
+    speed = np.diff(np.sqrt(9.81 * near * np.tanh(near * depth))) / np.diff(near)
+    expected = 1000.0 * 9.81 * 2.0**2 / 8.0 * speed[0]
+    assert water.energy_flux(TIME) == pytest.approx(expected, rel=1e-8)
 
 
 def test_a_ramp_counts_in_the_energy_flux() -> None:
@@ -65,11 +67,12 @@ def test_a_moored_absorber() -> None:
     found = results_of(TIME, values, units=UNITS, attributes=carried(scene))
     assert list(map(str, headlines(found))) == [
         "mean power 1.000 kW (pto, 100.0 kJ over 100 s)",
-        f"capture width {1e3 / float(wave_power(2 * 2**0.5, 10.0)):.3g} m (in waves of 39.25 kW/m)",
+        f"capture width {1e3 / (1025.0 * 9.81**2 * 2.0**2 * 10.0 / (32.0 * np.pi)):.3g} m "
+        "(in waves of 39.25 kW/m)",
         "largest line tension 70.00 kN (moor.line_2, at 7.5 s)",
         "largest offset 5.000 m (hydro.hull)",
         "largest tilt 6.000 deg (hydro.hull)",
-        "stroke -500.0 to 500.0 mm (pto)",
+        "stroke 1.000 m (pto)",
     ]
 
 
@@ -91,4 +94,24 @@ def test_anything_else_has_the_ranges_of_what_moves() -> None:
     assert list(map(str, headlines(results_of(TIME, values, units=units)))) == [
         "a.level 0.0 to 100.0 m",
         "b.force 0.0 to 100.0 kN",
+    ]
+
+
+def test_units_of_others_are_converted_and_a_sign_kept() -> None:
+    """Powers outside of waves are no sum: nothing says that they are absorbed."""
+    tilt = 12.0 * np.sin(TIME)
+    values = {"a.power": 0.5 + 0.0 * TIME, "b.power": -3.0 + 0.0 * TIME, "hull.x.pitch": tilt}
+    units = {"a.power": "kW", "b.power": "W", "hull.x.pitch": "deg"}
+    assert list(map(str, headlines(results_of(TIME, values, units=units)))) == [
+        "mean power 500.0 W (a, 50.00 kJ over 100 s)",
+        "mean power -3.000 W (b, -300.0 J over 100 s)",
+        "largest tilt 12.00 deg (hull.x)",
+    ]
+
+
+def test_what_is_not_finite_is_named() -> None:
+    values = {"a.level": TIME, "a.lost": np.where(TIME > 50.0, np.nan, TIME)}
+    assert list(map(str, headlines(results_of(TIME, values, units={"a.level": "m"})))) == [
+        "level 0.0 to 100.0 m",
+        "not finite lost",
     ]

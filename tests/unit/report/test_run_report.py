@@ -169,7 +169,7 @@ def test_texts_of_others_are_shown_and_do_nothing(tmp_path: Path) -> None:
     }  # fmt: skip
     series = {f"{HOSTILE}.{HOSTILE}": TIME}
     made = results_of(TIME, series, units=dict.fromkeys(series, HOSTILE), attributes=attributes)
-    path = report_of_run(made, tmp_path / "r.html", printed=HOSTILE, command=HOSTILE)
+    path = report_of_run(made, tmp_path / "r.html", command=HOSTILE)
     page = Page(path.read_text("utf-8"))
     pictures = [given for tag, given in page.tags if tag == "img"]
     assert [str(given["src"])[:26] for given in pictures] == ["data:image/svg+xml;base64,"]

@@ -55,7 +55,7 @@ def coefficients_from_file(
     """
     found = read_for(config, folder=folder)
     for text in found.notes:
-        progress(text)
+        progress(f"note: {text}")
     for finding in found.findings:
         start = "warning: " if finding.warns else ""
         progress(f"{start}consistency, {finding.name}: {finding.text}")

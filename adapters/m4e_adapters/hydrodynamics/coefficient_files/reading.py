@@ -13,6 +13,7 @@ from m4e_adapters.hydrodynamics.coefficient_files.file_data import FileData, ref
 from m4e_adapters.hydrodynamics.coefficient_files.wamit import SUFFIXES, read_wamit
 from m4e_adapters.hydrodynamics.memory.soundness import FEWEST
 from m4e_fmi.errors import is_file, missing_file
+from m4e_fmi.shown import first_of
 
 READERS = {**dict.fromkeys(SUFFIXES, read_wamit), ".h5": read_bemio, ".nc": read_capytaine}
 FORMATS = "formats: WAMIT (.1 with .3 and .hst beside it), BEMIO (.h5), Capytaine (.nc)"
@@ -74,9 +75,7 @@ def _without_gaps(data: FileData) -> FileData:
     complete = np.array([np.isfinite(row).all() for row in every], dtype=bool)
     if complete.all():
         return data
-    shown = ", ".join(f"{w:.4g}" for w in data.omega[~complete][:4])
-    more = int((~complete).sum()) - 4
-    shown += f" and {more} more" if more > 0 else ""
+    shown = first_of((f"{w:.4g}" for w in data.omega[~complete]), 4)
     return data.chosen(complete).with_notes(
         f"left out frequencies without complete data: {shown} rad/s"
     )

@@ -29,6 +29,7 @@ from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Number, RecordedWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Recorder
+from m4e_fmi.shown import first_of
 
 SAME = 1e-3  # deg
 MOST_OUTSIDE = 0.1  # of the energy of the waves, beyond the frequencies of a table
@@ -48,7 +49,7 @@ def matched(
     frequencies of the waves.
     """
     for note in table.notes:
-        tell(f"{table.name}: {note}")
+        tell(f"note: {table.name}: {note}")
     _check_frequencies(table, systems, tell)
     if isinstance(table, Qtf):
         return _paired(table, systems, heading=heading, tell=tell)
@@ -77,11 +78,10 @@ def _row(table: MeanDrift | Qtf, direction: float) -> int:
     away = [abs(math.remainder(direction - known, 360.0)) for known in table.directions.tolist()]
     place = int(np.argmin(away))
     if away[place] > SAME:
-        known = ", ".join(f"{beta:g}" for beta in table.directions[:12])
-        more = len(table.directions) - 12
+        known = first_of((f"{beta:g}" for beta in table.directions), 12)
         raise InputError.single(
             f"{table.name} has no drift for waves at {direction % 360.0:.6g} deg from the hull's "
-            f"axis: it has {known}" + (f" and {more} more" if more > 0 else ""),
+            f"axis: it has {known}",
             "compute it for that direction too; in a mean drift table directions all around, in "
             f"equal steps of {WIDEST:g} deg or less, are good for any "
             "(a hull that is symmetric about y = 0 has sway and yaw of the other sign at minus "

@@ -16,6 +16,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory.vector_fitting import Complex
 from m4e_fmi.errors import InputError
+from m4e_fmi.shown import first_of
 
 NEGATIVE = 0.02  # of B, each motion scaled by its largest: what panels may make
 ASYMMETRIC = 0.05  # |X_ij − X_ji|, likewise, that is told
@@ -232,6 +233,4 @@ def _distances(
 
 
 def _frequencies(omega: np.ndarray) -> str:
-    shown = ", ".join(f"{w:.4g}" for w in omega[:SHOWN])
-    more = f" and {len(omega) - SHOWN} more" if len(omega) > SHOWN else ""
-    return f"{shown}{more} rad/s"
+    return f"{first_of((f'{w:.4g}' for w in omega), SHOWN)} rad/s"

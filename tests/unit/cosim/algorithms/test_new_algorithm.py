@@ -28,7 +28,16 @@ def arguments(c_fmu: Callable[[str], Path], folder: Path) -> list[str]:
         "simulation: {stop_time: 1, step_size: 0.1}\n"
     )
     results = str(folder / "r.nc")
-    return ["run", str(file), "--output-file", results, "--no-plot", "--algorithm", EXAMPLE]
+    return [
+        "run",
+        str(file),
+        "--output-file",
+        results,
+        "--no-plot",
+        "--verbose",
+        "--algorithm",
+        EXAMPLE,
+    ]
 
 
 @pytest.mark.usefixtures("example")
