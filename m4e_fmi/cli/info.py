@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import print_files, say, show_result
+from m4e_fmi.cli.shared.log import print_files, show_result
 from m4e_fmi.cli.shared.options import add_options, is_system, load_model, load_system
 
 
@@ -44,7 +44,7 @@ def _run(options: argparse.Namespace) -> None:
         if later and not options.output_file:
             print(outline(system, later))
             return
-        prepared = prepare(system, build_directory=folder, tell=say, drafts=drafts)
+        prepared = prepare(system, build_directory=folder, drafts=drafts)
         print(prepared)
         if options.output_file:
             print_files([draw_system(prepared, options.output_file)])

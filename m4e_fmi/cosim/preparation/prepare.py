@@ -75,7 +75,7 @@ def prepare(
         doubts: list[str] = []
 
         def listen(line: str) -> None:
-            if f": {WARNING}" in line:
+            if f": {WARNING}" in line or ": note: " in line:
                 doubts.append(line)
             if tell:
                 tell(line)

@@ -38,7 +38,7 @@ def flows_of(results: Results, record: Record, end: RecordEnd) -> Flows | None:
     if not works:
         return None
     rows = "Works are integrated with the motion, under the same error control."
-    closes = energy_closes(results)
+    closes = energy_closes(balance_of(results))
     balance = closes and f"What is stored is kinetic and potential energy; the balance {closes}."
     return Flows({"flows": works, "balance": balance, "rows": rows, "stored": _stored(results)})
 
@@ -141,9 +141,8 @@ def balance_of(results: Results) -> EnergyAudit | None:
         return None
 
 
-def energy_closes(results: Results) -> str:
-    """How well they add up, in words; "" of other results."""
-    audit = balance_of(results)
+def energy_closes(audit: EnergyAudit | None) -> str:
+    """How well energies and works add up, in words; "" without them."""
     if audit is None:
         return ""
     share = f"{100 * audit.relative:.1e} % of the largest energy exchanged"

@@ -31,7 +31,7 @@ def warnings(results: Results, record: Record, end: RecordEnd) -> str:
     if end.errors:
         worst = max(end.errors, key=lambda one: one.error)
         accuracy = f"; largest coupling error {100 * worst.error:.2g} % of range, at {worst.source}"
-    elif closes := energy_closes(results):
+    elif closes := energy_closes(balance_of(results)):
         accuracy = f"; the energy balance {closes}"
     return paragraph(f"No warnings{accuracy}.", "good")
 
@@ -59,7 +59,7 @@ def _doubts(results: Results, record: Record, end: RecordEnd) -> Iterator[str]:
                 share = percent(lost / one.exchanged)
                 yield f"{share} of the energy over {flow.connection} is made (-: lost)"
     if (audit := balance_of(results)) and not audit.relative <= LOSSY:
-        yield f"The energy balance {energy_closes(results)}"
+        yield f"The energy balance {energy_closes(audit)}"
 
 
 def numerics(results: Results, record: Record, end: RecordEnd) -> str:
@@ -87,7 +87,7 @@ def _facts(results: Results, record: Record, end: RecordEnd) -> dict[str, str]:
         "Method": told.get("method", ""),
         "Tolerance": told.get("tolerance", ""),
         "Steps": _steps(told.get("step_size", ""), end),
-        "Energy balance": energy_closes(results),
+        "Energy balance": energy_closes(balance_of(results)),
         "Coupling error": told.get("coupling_error", ""),
         "Found from": told.get("coupling_error_from", ""),
         "Made": told.get("created", ""),

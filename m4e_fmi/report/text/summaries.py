@@ -190,7 +190,7 @@ def simulation_text(simulation: Simulation, results: Results) -> str:
             f"  {event.name:<32} {event.time: .9g} s{', the end' if event.terminal else ''}"
             for event in simulation.events
         ]
-    if closes := energy_closes(results):
+    if closes := energy_closes(simulation.energy):
         lines.append(f"energy balance {closes}")
     return "\n".join(filter(None, lines))
 

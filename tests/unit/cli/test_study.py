@@ -42,7 +42,7 @@ def test_a_study_writes_its_report(said: Said) -> None:
     assert "carts.report.html" in said("study", "study.yaml", "--report")
     page = Path("build/carts.report.html").read_text("utf-8")
     assert "m4e-fmi study study.yaml --report" in page
-    assert "carts: 4 runs, 4 made" in page
+    assert "4 made, 0 kept" in page
     assert "cart.model.yaml" in page
     given = ["study", "study.yaml", "--output-file", "t.csv", "--report", "r.html"]
     assert "--report is made from a netCDF file" in said(*given, code=2)

@@ -52,8 +52,8 @@ def test_mechanisms_are_shown_by_their_joints() -> None:
     """Angles, positions, efforts; those of bodies where there is water, or no joint."""
     bodies = series("m", body_m_x=1.0, body_m_z=1.0) | series("rad", body_m_theta=1.0)
     joints = series("rad", joint_pin_q=1.0) | series("m", joint_rail_q=1.0)
-    efforts = series("N.m", arm_pin_effort=1.0, load_coil_moment=2.0) | series(
-        "N", a_rail_effort=3.0
+    efforts = series("N.m", joint_pin_effort=1.0, load_coil_moment=2.0) | series(
+        "N", joint_rail_effort=3.0
     )
     titles = ["joint angles", "joint positions", "efforts", "efforts"]
     assert [panel.title for panel in panels(bodies | joints | efforts)] == titles

@@ -97,9 +97,9 @@ def test_a_spring_that_is_at_rest_at_once(
     assert point["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-9)
     linear = linearize(program, at=point)
     assert linear.A[1] == pytest.approx([-80 / 2, 0.0], abs=1e-7)
-    (line,) = (line for line in told if line.startswith("settled"))
+    (line,) = (line for line in told if line.startswith("note: settled"))
     assert line == (
-        "settled: line: at rest from its start, and about that y0 + K (u - u0), K by central "
+        "note: settled: line: at rest from its start, and about that y0 + K (u - u0), K by central "
         f"differences of {step} (error {line.partition('error ')[2].split()[0]} of its "
         "entries); velocities have no effect, its damping and inertia are left out: resonances "
         "come out too high, and at other periods"
