@@ -179,7 +179,7 @@ def _energy(series: Mapping[str, Series]) -> list[Headline]:
 
 def _motions(series: Mapping[str, Series], time: np.ndarray) -> list[Headline]:
     """Ranges of the coordinates that move most, and the period of the first of them."""
-    moved = {n: one for n, one in series.items() if np.ptp(one.values)}
+    moved = {n: one for n, one in series.items() if np.min(one.values) < np.max(one.values)}
     found = {n: one for n, one in moved.items() if _COORDINATE.fullmatch(one.name)}
     found = found or {n: one for n, one in moved.items() if _PLACE.fullmatch(one.name)}
     first = sorted(found, key=lambda n: -float(np.ptp(found[n].values)))[:MOST]

@@ -74,7 +74,7 @@ def test_plain_messages_are_no_warnings(c_fmu: Fmus) -> None:
 def test_the_summary_and_the_file_have_them(c_fmu: Fmus, tmp_path: Path) -> None:
     outcome, _ = talk(c_fmu, file=tmp_path / "r.nc", when=0.3)
     line = "pump, warning, 7 times, t = 0.3 s to 0.9 s: line aaa is 300 m too long, t = 0.3"
-    assert f"messages of FMUs:\n  {line}\n" in run_text(outcome)
+    assert f"messages of FMUs:\n  {line}" in run_text(outcome)
     assert load(tmp_path / "r.nc").attributes["messages"] == line
 
 
