@@ -110,16 +110,16 @@ def _powers(
         return
     if not (water and water.trains):
         for owner, energy in list(energies.items())[:MOST]:
-            detail = f"{owner or 'power'}, {quantity(energy, 'J')} over {span:g} s"
+            detail = f"{owner or 'power'}, {quantity(energy, 'J')} in {span:g} s"
             yield Headline("mean power", quantity(energy / span, "W"), detail)
     elif energies:
         whole = sum(energies.values())
-        detail = f"{first_of(energies, MOST)}, {quantity(whole, 'J')} over {span:g} s"
+        detail = f"{first_of(energies, MOST)}, {quantity(whole, 'J')} in {span:g} s"
         if ramp := max(train.ramp for train in water.trains):
-            detail += f" with a ramp of {ramp:g} s"
+            detail += f", ramp {ramp:g} s"
         yield Headline("mean power", quantity(whole / span, "W"), detail)
         if (incident := water.energy_flux(time)) and whole > 0.0:
-            detail = f"in waves of {quantity(incident, 'W')}/m"
+            detail = f"of {quantity(incident, 'W')}/m"
             yield Headline("capture width", f"{whole / span / incident:.3g} m", detail)
 
 

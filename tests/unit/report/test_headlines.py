@@ -66,9 +66,9 @@ def test_a_moored_absorber() -> None:
     scene = Scene("s", "", planar=True, bodies=(), water=water)
     found = results_of(TIME, values, units=UNITS, attributes=carried(scene))
     assert list(map(str, headlines(found))) == [
-        "mean power 1.000 kW (pto, 100.0 kJ over 100 s)",
+        "mean power 1.000 kW (pto, 100.0 kJ in 100 s)",
         f"capture width {1e3 / (1025.0 * 9.81**2 * 2.0**2 * 10.0 / (32.0 * np.pi)):.3g} m "
-        "(in waves of 39.25 kW/m)",
+        "(of 39.25 kW/m)",
         "largest line tension 70.00 kN (moor.line_2, at 7.5 s)",
         "largest offset 5.000 m (hydro.hull)",
         "largest tilt 6.000 deg (hydro.hull)",
@@ -103,8 +103,8 @@ def test_units_of_others_are_converted_and_a_sign_kept() -> None:
     values = {"a.power": 0.5 + 0.0 * TIME, "b.power": -3.0 + 0.0 * TIME, "hull.x.pitch": tilt}
     units = {"a.power": "kW", "b.power": "W", "hull.x.pitch": "deg"}
     assert list(map(str, headlines(results_of(TIME, values, units=units)))) == [
-        "mean power 500.0 W (a, 50.00 kJ over 100 s)",
-        "mean power -3.000 W (b, -300.0 J over 100 s)",
+        "mean power 500.0 W (a, 50.00 kJ in 100 s)",
+        "mean power -3.000 W (b, -300.0 J in 100 s)",
         "largest tilt 12.00 deg (hull.x)",
     ]
 

@@ -88,4 +88,4 @@ def test_mean_powers_weigh_rows_by_the_time_between_them() -> None:
     time = np.array([0.0, 1.0, 10.0])
     values = {name: np.array(rows) for name, rows in powers.items()}
     made = results_of(time, values, units=dict.fromkeys(values, "W"))
-    assert summaries.result_text(made) == "mean power 1.900 W (pto, 19.00 J over 10 s)"
+    assert summaries.result_text(made) == "mean power 1.900 W (pto, 19.00 J in 10 s)"
