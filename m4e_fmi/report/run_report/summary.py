@@ -8,7 +8,7 @@ from m4e_fmi.report.headlines import headlines
 from m4e_fmi.report.panels import fitting, moving, panels, percent, quantity
 from m4e_fmi.report.run_report.flows import balance_of, energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
-from m4e_fmi.report.text.summaries import LOSSY, extremes
+from m4e_fmi.report.text.summaries import LOSSY, extremes, lossy_text
 from m4e_fmi.report.web.markup import cards, facts, folded, lines, paragraph, table
 from m4e_fmi.results.results_file import AT_STOP, Results
 from m4e_fmi.results.row_file import NOT_ENDED
@@ -56,8 +56,7 @@ def _doubts(results: Results, record: Record, end: RecordEnd) -> Iterator[str]:
         for flow, one in zip(record.flows, end.energies, strict=True):
             lost = one.received - one.given
             if one.exchanged > one.noise and not abs(lost) <= LOSSY * one.exchanged:
-                share = percent(lost / one.exchanged)
-                yield f"{share} of the energy over {flow.connection} is made (-: lost)"
+                yield lossy_text(flow.connection, lost / one.exchanged)
     if (audit := balance_of(results)) and not audit.relative <= LOSSY:
         yield f"The energy balance {energy_closes(audit)}"
 

@@ -108,10 +108,16 @@ def _messages(messages: Sequence[FmuMessage]) -> list[str]:
     return ["messages of FMUs:", *lines]
 
 
+def lossy_text(connection: str, share: float) -> str:
+    """A connection that makes a `share` [1] of the energy over it, or loses it if negative."""
+    verb = "makes" if share > 0.0 else "loses"
+    return f"{connection} {verb} {percent(abs(share)).lstrip('+')} of the energy that it passes"
+
+
 def _lossy(energy: Sequence[BondEnergy]) -> list[str]:
     """A line for each connection that loses or makes much of its energy."""
     return [
-        f"{percent(bond.relative)} of the energy over {bond.connection} is made (-: lost)"
+        lossy_text(bond.connection, bond.relative)
         for bond in energy
         if not (bond.is_idle or abs(bond.relative) <= LOSSY)
     ]
