@@ -94,7 +94,7 @@ def test_doubts_come_second_and_only_if_there_are_any(tmp_path: Path) -> None:
         ({"coupling_error": "not known: no saved states"}, ["Coupling error not known: no saved"]),
         ({"coupling_error": "the coupling error is not known"}, ["Coupling error is not known"]),
         ({"coupling_error": "largest", **carried_record(RecordEnd(errors=(large,)))}, ["Largest"]),
-        (record | carried_record(RecordEnd(energies=energies)), ["loses 3.0000 % of the energy"]),
+        (record | carried_record(RecordEnd(energies=energies)), ["a <-> b loses 3.0000 % of"]),
         ({"ended": NOT_ENDED}, ["The run has not ended yet"]),
     ):
         page = report_of_run(
