@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,20 @@ class Sea:
 
 
 @dataclass(frozen=True)
+class Failure:
+    """Lines (numbers from 0) that leave a point together.
+
+    `point`: its number in MoorDyn's table, or the end of a rod, ``R1A``. They leave at `time` [s],
+    or once the first of them pulls more than `tension` [N] there; both inf: never.
+    """
+
+    lines: tuple[int, ...]
+    point: str
+    time: float = math.inf
+    tension: float = math.inf
+
+
+@dataclass(frozen=True)
 class Mooring:
     """Data of a `LineSystem`.
 
@@ -76,7 +91,10 @@ class Mooring:
     lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a ready file
     has them, to be compared with where they start; `notes` say what in a ready file is taken
     otherwise than it stands there. `sea` is None if the water stands still. `fastest` [m/s] is the
-    speed of the water up to which the internal step is stable.
+    speed of the water up to which the internal step is stable. `files` are put beside the text, by
+    the names that it uses. `failures` are ends that part, `winches` the numbers of lines whose
+    unstretched length is an input. `strengths` [N] are those of lines, as far as they are known;
+    `anchors` and `points` have the numbers in MoorDyn's table of fixed and free points, by name.
     """
 
     text: str
@@ -90,6 +108,12 @@ class Mooring:
     notes: tuple[str, ...] = ()
     sea: Sea | None = None
     fastest: float = math.inf
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    failures: tuple[Failure, ...] = ()
+    winches: tuple[int, ...] = ()
+    strengths: Mapping[str, float] = field(default_factory=dict)
+    anchors: Mapping[str, int] = field(default_factory=dict)
+    points: Mapping[str, int] = field(default_factory=dict)
 
     def in_space(self) -> Mooring:
         """The same with fairleads that move along Y, too."""
