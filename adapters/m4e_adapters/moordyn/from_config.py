@@ -64,11 +64,12 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         net=_net(config, segments) if bed is None else None,
         at_rest=config.static_equilibrium,
         bed=-float(depths[1]),
+        scheme=config.solver.scheme,
         sea=sea,
         fastest=fastest_water(moving, scheme=config.solver.scheme, step=step),
         files={} if bed is None else {FILE: bed.file},
         failures=tuple(
-            Failure((k,), str(number[line.to]), tension=strength)
+            Failure(((k, 1),), tension=strength)
             for k, line in enumerate(config.lines.values())
             if line.breaks and (strength := config.line_types[line.type].breaking_strength)
         ),
