@@ -16,7 +16,7 @@ MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
 - What parts a line in MoorDyn cannot be taken back: see `MoorDynSystem.part`.
 """
 
-from math import hypot, inf, isfinite
+from math import hypot, inf, isfinite, sqrt
 from operator import sub
 
 from .moordyn_system import MoorDynSystem, warnings_in, with_free_ends
@@ -32,6 +32,7 @@ from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
+LYING = 0.01  # [m] above the seabed, up to which a node lies on it
 START_STRAIN = 0.002  # at the start, by this: steel yields there
 
 
@@ -274,6 +275,29 @@ class LineSystem:
     def node_position(self, line, node):
         """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
         return self._moordyn.node_position(line, node)
+
+    def point_position(self, ends):
+        """(x, y, z) [m] of a point at which (line, end) are that have not all parted from it."""
+        left = [end for end in map(tuple, ends) if end not in self._gone()] or ends
+        return self._moordyn.end_position(*left[0])
+
+    def node_tension(self, line, node):
+        """Tension [N] at a node of a line, the mean of its segments', with their damping."""
+        return hypot(*self._moordyn.node_tension(line, node))
+
+    def touchdown(self, line):
+        """Unstretched length [m] of a line that lies on a flat seabed, from its end A on.
+
+        Behind the last node that lies, the line rises as a parabola through the two next ones.
+        """
+        count, length = self._moordyn.segments[line], self._moordyn.length(line)
+        above = [self.node_position(line, k)[2] - self._bed for k in range(count + 1)]
+        free = next((k for k, z in enumerate(above) if z > LYING), count + 1)
+        if not 0 < free < count:
+            return length * (free > 0) * min(1, free / count)
+        first, second = above[free : free + 2]
+        rise = sqrt(second / first) - 1 if second > first else 0.0
+        return length / count * (free - min(1.0, 1 / rise if rise else 1.0))
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""

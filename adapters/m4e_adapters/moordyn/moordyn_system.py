@@ -280,6 +280,12 @@ class MoorDynSystem:
         """(x, y, z) [m] of end A (0) or B (1) of a line, by its number from 0."""
         return self.node_position(line, end * self.segments[line])
 
+    def length(self, line):
+        """Unstretched length [m] of a line now, by its number from 0."""
+        found = c_double()
+        moordyn().MoorDyn_GetLineUnstretchedLength(self._arrays["line"][line], byref(found))
+        return found.value
+
     def set_lengths(self, lengths):
         """Let the lines with a winch have these lengths [m]."""
         first = len(self.state) - len(self._winches)

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from math import atan2, hypot
 
 from pythonfmu.enums import Fmi2Status
 
@@ -9,6 +10,7 @@ from .line_system import LineSystem  # type: ignore  # side by side in the FMU
 from .slave_base import M4eSlave  # type: ignore
 
 ROUNDING = 1e-6  # of speeds
+SAFEST = 1e3  # the largest safety factor
 
 
 class MooringSlave(M4eSlave):
@@ -24,7 +26,9 @@ class MooringSlave(M4eSlave):
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
         self._water, self._of_water, self._values_of_water = None, [], []
-        nodes, names = system.pop("nodes"), system.pop("files")
+        nodes, names, looked_up = (system.pop(key) for key in ("nodes", "files", "looked_up"))
+        self._anchors, self._points = system.pop("anchors"), system.pop("points")
+        self._strengths, self._flat = system.pop("strengths"), system.pop("flat")
         self._parting = {
             self.index[f"{line}.parted"]: failure for line, failure in system.pop("parting").items()
         }
@@ -39,13 +43,13 @@ class MooringSlave(M4eSlave):
             },
             **system,
         )
-        self._nodes = {
-            (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
+        self._nodes = [
+            (line, node, f"{name}.{{}}[{k}]")
             for line, name in enumerate(self._line_names)
             for k, node in enumerate(nodes[name], start=1)
-        }
-        self._of_nodes = {place for places in self._nodes.values() for place in places}
-        self._nodes_known = True
+        ]
+        self._slow = {self.index[name] for name in looked_up}
+        self._slow_known = True
         self._started_with = None
 
     def _moving_water(self):
@@ -132,23 +136,41 @@ class MooringSlave(M4eSlave):
         for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
             for name, tension in zip(self._line_names, values, strict=True):
                 self.values[self.index[f"{name}.{end}"]] = tension
-        self._nodes_known = False
+        self._slow_known = False
 
     def get_real(self, vrs):
-        """Values of real variables; places of nodes are looked up only if they are read."""
-        if not self._of_nodes.isdisjoint(vrs):
+        """Values of real variables; what takes time is looked up only if it is read."""
+        if not self._slow.isdisjoint(vrs):
             super().get_real([])
-            self._guard(self._place_nodes)
+            self._guard(self._look_up)
         return super().get_real(vrs)
 
-    def _place_nodes(self):
-        """Bring the places of the nodes up to date."""
-        if self._nodes_known or not self._lines.running:
+    def _look_up(self):
+        """Bring what is looked up up to date: nodes, points, anchors, touchdown, safety."""
+        if self._slow_known or not self._lines.running:
             return
-        for (line, node), places in self._nodes.items():
-            for place, part in zip(places, self._lines.node_position(line, node), strict=True):
-                self.values[place] = part
-        self._nodes_known = True
+        found = {}
+        for line, node, name in self._nodes:
+            found[name.format("tension")] = self._lines.node_tension(line, node)
+            places = zip("xyz", self._lines.node_position(line, node), strict=True)
+            found.update({name.format(f"node_{axis}"): at for axis, at in places})
+        for name, ends in self._points.items():
+            found.update(zip(_along(name), self._lines.point_position(ends), strict=True))
+        for name, ends in self._anchors.items():
+            pulls = [self._lines.end_force(*end) for end in ends]
+            force = [sum(parts) for parts in zip(*pulls, strict=True)]
+            found.update(zip(_along(f"{name}.force", "_"), force, strict=True))
+            found[f"{name}.uplift_angle"] = max(0.0, atan2(force[2], hypot(*force[:2])))
+        tensions = zip(self._lines.anchor_tension, self._lines.fairlead_tension, strict=True)
+        for line, (name, both) in enumerate(zip(self._line_names, tensions, strict=True)):
+            if self._flat:
+                found[f"{name}.touchdown"] = self._lines.touchdown(line)
+            if name in self._strengths:
+                share = max(1 / SAFEST, max(both) / self._strengths[name])
+                found[f"{name}.safety_factor"] = 1 / share
+        for name, value in found.items():
+            self.values[self.index[name]] = value
+        self._slow_known = True
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
@@ -157,12 +179,16 @@ class MooringSlave(M4eSlave):
     def restore(self, saved):
         """Go back to what `save` returned."""
         self._started_with = None
-        self._nodes_known = False
+        self._slow_known = False
         self._set_water()
         if saved:
             self._lines.restore(saved)
 
     def finish(self):
         """Free the lines, whose last places can still be read."""
-        self._place_nodes()
+        self._look_up()
         self._lines.close()
+
+
+def _along(name, mark="."):
+    return [f"{name}{mark}{axis}" for axis in "xyz"]
