@@ -32,7 +32,7 @@ from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
-LYING = 0.01  # [m] above the seabed, up to which a node lies on it
+LYING = 1e-3  # [m] above the seabed, up to which a node lies on it
 START_STRAIN = 0.002  # at the start, by this: steel yields there
 
 

@@ -102,3 +102,25 @@ def test_a_seabed_that_is_not_flat_is_in_a_file_of_moordyn() -> None:
 def test_rows_of_no_grid_are_refused(rows: str) -> None:
     with pytest.raises(InputError, match="are not those of a grid"):
         mooring_of(HANGING + f"seabed: {{bathymetry: {rows}}}\n")
+
+
+def test_a_line_lies_on_a_slope() -> None:
+    """As deep in the bed as its spring lets its weight in water sink."""
+    lines = started(
+        mooring_of(
+            "water: {density: 1025, depth: 50}\n"
+            "seabed: {bathymetry: [[0, 50], [300, 40]]}\n"
+            "line_types:\n"
+            "  chain: {diameter: 0.1, mass_per_length: 110, axial_stiffness: 1.0e+9,\n"
+            "          axial_damping_ratio: 1, drag_coefficient: 1.2, added_mass_coefficient: 1}\n"
+            "anchors: {a: [0, -50]}\n"
+            "fairleads: {f: [275, 0]}\n"
+            "lines: {l: {type: chain, from: a, to: f, unstretched_length: 300, segments: 20}}\n"
+        )
+    )
+    assert not lines.warnings
+    sunk = (110 - DENSITY * np.pi * 0.1**2 / 4) * GRAVITY / (3e6 * 0.1)
+    for node in range(1, 15):
+        x, _, z = lines.node_position(0, node)
+        assert -50 + x / 30 - z == pytest.approx(sunk, rel=0.01)
+    lines.close()
