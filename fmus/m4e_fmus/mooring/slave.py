@@ -2,6 +2,7 @@
 
 import json
 import sys
+from itertools import chain
 from math import atan2, hypot
 
 from pythonfmu.enums import Fmi2Status
@@ -23,8 +24,23 @@ class MooringSlave(M4eSlave):
         super().__init__(**kwargs)
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
-        self._fairleads, self._line_names = system["names"], system["lines"]
-        self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
+        self._line_names = system["lines"]
+        axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
+        self._motion, self._speed, forces = (
+            [[self.index[f"{name}.{kind}{axis}"] for axis in axes] for name, axes in pairs]
+            for kind, pairs in (
+                (kind, list(zip(system["names"], axes, strict=True)))
+                for kind in ("", "v", "force_")
+            )
+        )
+        self._outputs = [
+            *chain(*forces),
+            *(
+                self.index[f"{name}.{end}_tension"]
+                for end in ("anchor", "fairlead")
+                for name in self._line_names
+            ),
+        ]
         self._water, self._of_water, self._values_of_water = None, [], []
         nodes, names, looked_up = (system.pop(key) for key in ("nodes", "files", "looked_up"))
         self._anchors, self._points = system.pop("anchors"), system.pop("points")
@@ -32,7 +48,10 @@ class MooringSlave(M4eSlave):
         self._parting = {
             self.index[f"{line}.parted"]: failure for line, failure in system.pop("parting").items()
         }
-        self._winches = [self._line_names[line] for line in system["winches"]]
+        self._winches = [
+            [self.index[f"{self._line_names[line]}.{kind}"] for line in system["winches"]]
+            for kind in ("length", "length_rate")
+        ]
         self._lines = LineSystem(
             text,
             course=self._moving_water(),
@@ -43,8 +62,9 @@ class MooringSlave(M4eSlave):
             },
             **system,
         )
+        of_node = ("node_x", "node_y", "node_z", "tension")
         self._nodes = [
-            (line, node, f"{name}.{{}}[{k}]")
+            (line, node, [self.index[f"{name}.{value}[{k}]"] for value in of_node])
             for line, name in enumerate(self._line_names)
             for k, node in enumerate(nodes[name], start=1)
         ]
@@ -85,21 +105,19 @@ class MooringSlave(M4eSlave):
                 "and current in their sections, and build anew, or give a shorter solver.time_step"
             )
 
-    def _of_fairleads(self, kind):
-        """The inputs of this kind, "" for places and "v" for velocities, of each fairlead."""
-        return [
-            tuple(self.values[self.index[f"{name}.{kind}{axis}"]] for axis in axes)
-            for name, axes in zip(self._fairleads, self._axes, strict=True)
-        ]
-
     def initialise(self):
         """Start the lines, unless they have started with the same motion and waves."""
-        motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        given = (*motion, self._set_water(), self._of_winches("length"))
-        if given != self._started_with:
-            self._lines.start(*motion, self.time, self._of_winches("length"))
-            self._started_with = given
+        given = (self._taken(self._motion), self._taken(self._speed), self._set_water())
+        lengths = self._taken(self._winches)[0]
+        if (*given, lengths) != self._started_with:
+            self._lines.start(*given[:2], self.time, lengths)
+            self._started_with = (*given, lengths)
             self._warn(self._lines.warnings)
+
+    def _taken(self, places):
+        """The values of variables, by groups of value references."""
+        values = self.values
+        return [[values[k] for k in group] for group in places]
 
     def _warn(self, texts):
         for text in texts:
@@ -108,34 +126,19 @@ class MooringSlave(M4eSlave):
     def step(self, t, h):
         """Advance from t over h [s]."""
         self._set_water()
-        winch = zip(self._of_winches("length"), self._of_winches("length_rate"), strict=True)
-        self._lines.advance(
-            t,
-            h,
-            self._of_fairleads(""),
-            self._of_fairleads("v"),
-            [x for pair in winch for x in pair],
-        )
-
-    def _of_winches(self, kind):
-        """The inputs of this kind of each line with a winch."""
-        return [self.values[self.index[f"{line}.{kind}"]] for line in self._winches]
+        winch = [x for pair in zip(*self._taken(self._winches), strict=True) for x in pair]
+        self._lines.advance(t, h, self._taken(self._motion), self._taken(self._speed), winch)
+        self._warn(self._lines.overstretched() + self._lines.surfaced())
 
     def update(self):
         """Set the outputs for the present inputs."""
         for place, failure in self._parting.items():
             if self.values[place]:
                 self._lines.part(failure)
-        self._lines.settle(self._of_fairleads("v"))
-        self._warn(self._lines.overstretched() + self._lines.surfaced())
-        force = self._lines.force
-        tensions = self._lines.fairlead_tension, self._lines.anchor_tension
-        for name, axes, parts in zip(self._fairleads, self._axes, force, strict=True):
-            for axis, part in zip(axes, parts, strict=True):
-                self.values[self.index[f"{name}.force_{axis}"]] = part
-        for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
-            for name, tension in zip(self._line_names, values, strict=True):
-                self.values[self.index[f"{name}.{end}"]] = tension
+        self._lines.settle(self._taken(self._speed))
+        values, tensions = self.values, self._lines.tensions()
+        for place, found in zip(self._outputs, chain(*self._lines.force, *tensions), strict=True):
+            values[place] = found
         self._slow_known = False
 
     def get_real(self, vrs):
@@ -150,10 +153,10 @@ class MooringSlave(M4eSlave):
         if self._slow_known or not self._lines.running:
             return
         found = {}
-        for line, node, name in self._nodes:
-            found[name.format("tension")] = self._lines.node_tension(line, node)
-            places = zip("xyz", self._lines.node_position(line, node), strict=True)
-            found.update({name.format(f"node_{axis}"): at for axis, at in places})
+        for line, node, places in self._nodes:
+            known = *self._lines.node_position(line, node), self._lines.node_tension(line, node)
+            for place, value in zip(places, known, strict=True):
+                self.values[place] = value
         for name, ends in self._points.items():
             found.update(zip(_along(name), self._lines.point_position(ends), strict=True))
         for name, ends in self._anchors.items():
@@ -161,7 +164,7 @@ class MooringSlave(M4eSlave):
             force = [sum(parts) for parts in zip(*pulls, strict=True)]
             found.update(zip(_along(f"{name}.force", "_"), force, strict=True))
             found[f"{name}.uplift_angle"] = max(0.0, atan2(force[2], hypot(*force[:2])))
-        tensions = zip(self._lines.anchor_tension, self._lines.fairlead_tension, strict=True)
+        tensions = zip(*self._lines.tensions(), strict=True)
         for line, (name, both) in enumerate(zip(self._line_names, tensions, strict=True)):
             if self._flat:
                 found[f"{name}.touchdown"] = self._lines.touchdown(line)
