@@ -143,6 +143,7 @@ class LineSystem:
         self._falling = any(time is not None or limit is not None for _, time, limit in failures)
         self.parted = []
         self.warnings = []
+        self._partings = []
         self._stretched = set()  # the lines that were too long when last looked at
         self._surfaced = set()  # the free points that were above the water when last looked at
 
@@ -278,11 +279,17 @@ class LineSystem:
     def _part_where_due(self, t):
         for k, (ends, time, tension) in enumerate(self._failures):
             late = time is not None and t >= time
-            torn = tension is not None and any(
-                hypot(*self.end_force(*end)) >= tension for end in ends
-            )
-            if late or torn:
+            pulls = {line: hypot(*self.end_force(line, end)) for line, end in ends}
+            torn = tension is not None and max(pulls.values()) >= tension
+            if (late or torn) and k not in self.parted:
+                texts = (f"{self._names[line]} of {pull:.4g} N" for line, pull in pulls.items())
+                self._partings.append(f"parted at t = {t:.6g} s: {', '.join(texts)}")
                 self.part(k)
+
+    def partings(self):
+        """A text for each failure that has happened by itself since the last call."""
+        texts, self._partings = self._partings, []
+        return texts
 
     def node_position(self, line, node):
         """(x, y, z) [m] of a node of a line, both by their numbers from 0."""

@@ -128,7 +128,8 @@ class MooringSlave(M4eSlave):
         self._set_water()
         winch = [x for pair in zip(*self._taken(self._winches), strict=True) for x in pair]
         self._lines.advance(t, h, self._taken(self._motion), self._taken(self._speed), winch)
-        self._warn(self._lines.overstretched() + self._lines.surfaced())
+        told = self._lines.overstretched() + self._lines.surfaced() + self._lines.partings()
+        self._warn(told)
 
     def update(self):
         """Set the outputs for the present inputs."""
