@@ -300,17 +300,17 @@ class LineSystem:
         left = [end for end in map(tuple, ends) if end not in self._gone()] or ends
         return self._moordyn.end_motion(*left[0])[:3]
 
-    def node_tension(self, line, node):
-        """Tension [N] at a node of a line, the mean of its segments', with their damping."""
-        return hypot(*self._moordyn.node_tension(line, node))
+    def along(self, line):
+        """x, y, z [m] and tension [N] at each node of a line, by its number from 0: flat."""
+        return self._moordyn.along(line)
 
-    def touchdown(self, line):
-        """Unstretched length [m] of a line that lies on a flat seabed, from its end A on.
+    def touchdown(self, line, heights):
+        """Unstretched length [m] of a line on a flat seabed, from end A on; nodes at `heights` [m].
 
         Behind the last node that lies, the line rises as a parabola through the two next ones.
         """
-        count, length = self._moordyn.segments[line], self._moordyn.length(line)
-        above = [self.node_position(line, k)[2] - self._bed for k in range(count + 1)]
+        count, length = len(heights) - 1, self._moordyn.length(line)
+        above = [z - self._bed for z in heights]
         free = next((k for k, z in enumerate(above) if z > LYING), count + 1)
         if not 0 < free < count:
             return length * (free > 0) * min(1, free / count)

@@ -54,8 +54,8 @@ class Lines(ctypes.Structure):
 
     _fields_ = [
         *((name, c_void_p) for name in (
-            "step", "set_dt", "set_water", "node_position", "node_force", "set_length", "set_rate",
-            "sample", "system", "line", "segments", "ends", "axes", "fixed", "winch",
+            "step", "set_dt", "set_water", "node_position", "node_force", "node_tension",
+            "set_length", "set_rate", "sample", "system", "line", "segments", "ends", "axes", "fixed", "winch",
         )),
         *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
         *((name, c_int32) for name in ("inert", "moving")),
@@ -70,6 +70,7 @@ _CALLED = {
     "set_water": "ExternalWaveKinSet",
     "node_position": "GetLineNodePos",
     "node_force": "GetLineNodeForce",
+    "node_tension": "GetLineNodeTen",
     "set_length": "SetLineUnstretchedLength",
     "set_rate": "SetLineUnstretchedLengthVel",
 }
@@ -121,6 +122,7 @@ def _runtime(path):
         times = (c_double, c_double) if name == "advance" else ()
         function = getattr(library, f"m4e_lines_{name}")
         function.argtypes = (ctypes.POINTER(Lines), *times, *[c_void_p] * count)
+    library.m4e_lines_nodes.argtypes = (ctypes.POINTER(Lines), c_uint32, c_void_p)
     library.m4e_lines_clean.argtypes = (c_void_p, c_size_t)
     return library
 
@@ -468,9 +470,14 @@ class MoorDynSystem:
         """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
         return self._read("GetLineNodePos", line, node)
 
-    def node_tension(self, line, node):
-        """Tension [N] (x, y, z) at a node of a line: the mean of its segments', with damping."""
-        return self._read("GetLineNodeTen", line, node)
+    def along(self, line):
+        """x, y, z [m] and tension [N] at each node of a line, by its number from 0: flat.
+
+        The tension is the mean of the segments beside it, with their damping.
+        """
+        rows = (c_double * (4 * self.segments[line] + 4))()
+        self._library.m4e_lines_nodes(self._at, line, rows)
+        return rows[:]
 
     def node_velocity(self, line, node):
         """(x, y, z) [m/s] of a node of a line."""

@@ -62,11 +62,13 @@ class MooringSlave(M4eSlave):
             },
             **system,
         )
-        of_node = ("node_x", "node_y", "node_z", "tension")
         self._nodes = [
-            (line, node, [self.index[f"{name}.{value}[{k}]"] for value in of_node])
-            for line, name in enumerate(self._line_names)
-            for k, node in enumerate(nodes[name], start=1)
+            [
+                (4 * node + k, self.index[f"{name}.{value}[{number}]"])
+                for k, value in enumerate(("node_x", "node_y", "node_z", "tension"))
+                for number, node in enumerate(nodes[name], start=1)
+            ]
+            for name in self._line_names
         ]
         self._slow = {self.index[name] for name in looked_up}
         self._slow_known = True
@@ -153,11 +155,17 @@ class MooringSlave(M4eSlave):
         """Bring what is looked up up to date: nodes, points, anchors, touchdown, safety."""
         if self._slow_known or not self._lines.running:
             return
-        found = {}
-        for line, node, places in self._nodes:
-            known = *self._lines.node_position(line, node), self._lines.node_tension(line, node)
-            for place, value in zip(places, known, strict=True):
-                self.values[place] = value
+        found, values = {}, self.values
+        tensions = zip(*self._lines.tensions(), strict=True)
+        for line, (name, both) in enumerate(zip(self._line_names, tensions, strict=True)):
+            along = self._lines.along(line)
+            for k, place in self._nodes[line]:
+                values[place] = along[k]
+            if self._flat:
+                found[f"{name}.touchdown"] = self._lines.touchdown(line, along[2::4])
+            if name in self._strengths:
+                share = max(1 / SAFEST, max(both) / self._strengths[name])
+                found[f"{name}.safety_factor"] = 1 / share
         for name, ends in self._points.items():
             found.update(zip(_along(name), self._lines.point_position(ends), strict=True))
         for name, ends in self._anchors.items():
@@ -165,15 +173,8 @@ class MooringSlave(M4eSlave):
             force = [sum(parts) for parts in zip(*pulls, strict=True)]
             found.update(zip(_along(f"{name}.force", "_"), force, strict=True))
             found[f"{name}.uplift_angle"] = max(0.0, atan2(force[2], hypot(*force[:2])))
-        tensions = zip(*self._lines.tensions(), strict=True)
-        for line, (name, both) in enumerate(zip(self._line_names, tensions, strict=True)):
-            if self._flat:
-                found[f"{name}.touchdown"] = self._lines.touchdown(line)
-            if name in self._strengths:
-                share = max(1 / SAFEST, max(both) / self._strengths[name])
-                found[f"{name}.safety_factor"] = 1 / share
         for name, value in found.items():
-            self.values[self.index[name]] = value
+            values[self.index[name]] = value
         self._slow_known = True
 
     def save(self):
