@@ -55,7 +55,8 @@ class Lines(ctypes.Structure):
     _fields_ = [
         *((name, c_void_p) for name in (
             "step", "set_dt", "set_water", "node_position", "node_force", "node_tension",
-            "set_length", "set_rate", "sample", "system", "line", "segments", "ends", "axes", "fixed", "winch",
+            "set_length", "set_rate", "sample", "system", "line", "segments", "ends", "axes",
+            "fixed", "winch",
         )),
         *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
         *((name, c_int32) for name in ("inert", "moving")),

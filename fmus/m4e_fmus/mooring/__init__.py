@@ -247,36 +247,39 @@ def _nodes(mooring: Mooring, line: str) -> list[int]:
 
 
 def _looked_up(mooring: Mooring, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
-    """Outputs that are computed if they are read: of lines, free points and anchors."""
+    """Outputs that are computed if they are read: of lines, free points and anchors.
+
+    All but places of nodes are declared to depend on all inputs, so that they are read once a row.
+    """
+
+    def output(name: str, text: str, unit: str = "N") -> FmuVariable:
+        return replace(_output(name, text, inputs), unit=unit, dependencies=inputs)
+
+    places = tuple(n for n in inputs if n.rpartition(".")[2] in "xyz")
     for line in mooring.lines:
         for axis in "xyz":
             for number, node in enumerate(_nodes(mooring, line), start=1):
                 text = f"{axis} of node {node} of {line}, counted from the end given with 'from'"
-                yield _place(f"{line}.node_{axis}[{number}]", text, inputs)
+                found = output(f"{line}.node_{axis}[{number}]", text, "m")
+                yield replace(found, dependencies=(), initial_dependencies=places)
         for number, node in enumerate(_nodes(mooring, line), start=1):
             text = f"tension within {line} at node {node}; at its ends of its last segments"
-            yield _output(f"{line}.tension[{number}]", text, inputs)
+            yield output(f"{line}.tension[{number}]", text)
         if mooring.flat:
             text = f"unstretched length of {line} on the seabed, from the end given with 'from'"
-            yield _place(f"{line}.touchdown", text, inputs)
+            yield output(f"{line}.touchdown", text, "m")
         if line in mooring.strengths:
             text = f"strength of {line}, {mooring.strengths[line]:g} N, over its larger end tension"
-            yield _output(f"{line}.safety_factor", text, inputs, unit="1")
+            yield output(f"{line}.safety_factor", text, "1")
     for point in mooring.points:
         for axis in "xyz":
-            yield _place(f"{point}.{axis}", f"{axis} of {point}, world frame", inputs)
+            yield output(f"{point}.{axis}", f"{axis} of {point}, world frame", "m")
     for anchor in mooring.anchors:
         for axis in "xyz":
             text = f"force of the lines on {anchor} along {axis}, world frame"
-            yield _output(f"{anchor}.force_{axis}", text, inputs)
+            yield output(f"{anchor}.force_{axis}", text)
         text = f"angle of the lines' pull at {anchor} above the horizontal; 0 if it is downwards"
-        yield _output(f"{anchor}.uplift_angle", text, inputs, unit="rad")
-
-
-def _place(name: str, text: str, inputs: tuple[str, ...]) -> FmuVariable:
-    """An output that follows the motion of the lines."""
-    places = tuple(n for n in inputs if n.rpartition(".")[2] in "xyz")
-    return replace(_output(name, text, (), unit="m"), initial_dependencies=places)
+        yield output(f"{anchor}.uplift_angle", text, "rad")
 
 
 def _of_fairlead(fairlead: Fairlead) -> Iterator[FmuVariable]:
@@ -315,11 +318,11 @@ def _axes(fairlead: Fairlead) -> str:
     return "xyz" if fairlead.moves_in_space else "xz"
 
 
-def _output(name: str, text: str, inputs: tuple[str, ...], *, unit: str = "N") -> FmuVariable:
+def _output(name: str, text: str, inputs: tuple[str, ...]) -> FmuVariable:
     """An output of the lines' state, initially made from the inputs, and the present velocities."""
     return FmuVariable(
         name,
-        unit,
+        "N",
         text,
         causality="output",
         initial="calculated",
