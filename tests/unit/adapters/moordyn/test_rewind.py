@@ -82,8 +82,8 @@ def test_states_go_on_with_the_same_bits_anywhere() -> None:
     for saved, first, expected in ((early, 5, middle), (late, 15, last)):
         program = (
             "import sys; from unit.adapters.moordyn.test_rewind import *; "
-            f"lines = lines_of(mooring()); lines.restore(unpacked(sys.stdin.read())); print(*hauled(lines, {first}, "
-            f"{len(expected)}), sep='\\n')"
+            f"lines = lines_of(mooring()); lines.restore(unpacked(sys.stdin.read())); "
+            f"print(*hauled(lines, {first}, {len(expected)}), sep='\\n')"
         )
         run = subprocess.run(
             [sys.executable, "-c", program],
