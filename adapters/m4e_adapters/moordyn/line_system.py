@@ -233,6 +233,7 @@ class LineSystem:
         self.warnings += self._beyond(START_STRAIN, remedy).values()
         self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
         self._surfaced = set()
+        self.warnings += self.surfaced() + self.partings()
 
     def advance(self, t, h, position, velocity, winch=()):
         """Advance from t over h [s]: fairleads end at position + velocity·h. MooringError.
