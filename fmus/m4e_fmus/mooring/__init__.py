@@ -19,8 +19,11 @@ from m4e_adapters.hydrodynamics.seas.water import moving_water
 from m4e_adapters.moordyn import Failure, Fairlead, Mooring, MooringConfig
 from m4e_adapters.moordyn.mooring import Sea
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe, runtime_files
+from m4e_fmi.model import Sphere
+from m4e_fmi.model.expression import Values
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.report.animation.shown import End, Shown, ShownCable
+from m4e_fmi.report.animation.shown import End, Shown, ShownCable, ShownHull
+from m4e_fmi.report.drawing.hulls import shape_hull
 from m4e_fmus.water import kind_in_water
 from m4e_fmus.water.surroundings import is_of
 
@@ -222,7 +225,10 @@ def _parting(mooring: Mooring) -> dict[str, int]:
 
 
 def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
-    """The lines, but for those at rods and bodies, and the bed; places depend on no parameter."""
+    """Lines, but for those at rods and bodies, free points with a volume as spheres, and the bed.
+
+    Places depend on no parameter.
+    """
     mooring = moordyn.mooring(config, folder=folder)
     at: dict[str, End] = {
         row[0]: (float(row[2]), float(row[3]), float(row[4]))
@@ -236,7 +242,13 @@ def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
         for name, row in zip(mooring.lines, mooring.rows("LINES"), strict=True)
         if row[2] in at and row[3] in at
     ]
-    return Shown(cables=tuple(cables), floor=mooring.bed)
+    radii = {name: (0.75 * p.volume / math.pi) ** (1 / 3) for name, p in config.points.items()}
+    hulls = [
+        ShownHull(name, shape_hull(Sphere(radius=radius), Values({}), 0))
+        for name, radius in radii.items()
+        if radius
+    ]
+    return Shown(tuple(hulls), tuple(cables), floor=mooring.bed)
 
 
 def _nodes(mooring: Mooring, line: str) -> list[int]:
