@@ -36,7 +36,7 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     moved = partial(_sea, config, Path(folder))
     if config.file is not None:
         found = ready_mooring(Path(folder) / config.file, fairleads=config.fairleads, sea=moved)
-        return found.in_space() if config.dimensions == 3 else found
+        return (found.in_space() if config.dimensions == 3 else found).named()
     water = config.water
     assert water is not None
     bed = _bed(config, Path(folder))

@@ -16,7 +16,7 @@ from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_adapters.hydrodynamics.seas.water.moving_water import HEIGHTS, water_speed
-from m4e_adapters.moordyn.ready_files.attachments import COUPLED
+from m4e_adapters.moordyn.ready_files.attachments import COUPLED, FIXED, FREE
 from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, fastest, stable_step
 from m4e_fmi.errors import InputError, Problem
 
@@ -142,11 +142,27 @@ class Mooring:
         first = len(self.fairleads) - len(numbers)
         return dict(zip(numbers, self.fairleads[first:], strict=True))
 
+    @property
+    def at_lines(self) -> list[list[str]]:
+        """Numbers in the text of the points, or rods, at ends A and B of each line."""
+        return [[w.upper().lstrip("CONPIT0") for w in row[2:4]] for row in self.rows("LINES")]
+
     def ends_at(self, point: int) -> list[tuple[int, int]]:
         """(line, end) from 0, end 1 for B, of all that is at a point, by its number."""
-        rows = self.rows("LINES")
-        ends = [(k, end) for k in range(len(rows)) for end in (0, 1)]
-        return [(k, end) for k, end in ends if rows[k][2 + end] == str(point)]
+        pairs = enumerate(self.at_lines)
+        return [(k, end) for k, both in pairs for end in (0, 1) if both[end] == str(point)]
+
+    def named(self) -> Mooring:
+        """The same with names for the fixed and free points at which lines are: point_1, …"""
+        found = {
+            key: {
+                f"point_{row[0]}": int(row[0])
+                for row in self.rows("POINTS")
+                if row[1].upper() in words and self.ends_at(int(row[0]))
+            }
+            for key, words in (("anchors", FIXED), ("points", FREE))
+        }
+        return replace(self, **found)
 
     def described(self) -> dict[str, Any]:
         """The arguments of a `LineSystem`, but for its text and files: JSON values."""

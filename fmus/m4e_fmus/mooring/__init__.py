@@ -211,7 +211,7 @@ def _that_parts(mooring: Mooring) -> Mooring:
 
 def _moved_end(mooring: Mooring, line: int) -> int:
     """The end, 0 (A) or 1 (B), that is at a fairlead; B where both or none are."""
-    moved = [end in mooring.moved for end in mooring.rows("LINES")[line][2:4]]
+    moved = [end in mooring.moved for end in mooring.at_lines[line]]
     return 0 if moved == [True, False] else 1
 
 
@@ -238,9 +238,9 @@ def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
     at |= {word: fairlead.name for word, fairlead in mooring.moved.items()}
     at |= {str(number): name for name, number in mooring.points.items()}
     cables = [
-        ShownCable(name, (at[row[2]], at[row[3]]), len(_nodes(mooring, name)))
-        for name, row in zip(mooring.lines, mooring.rows("LINES"), strict=True)
-        if row[2] in at and row[3] in at
+        ShownCable(name, (at[a], at[b]), len(_nodes(mooring, name)))
+        for name, (a, b) in zip(mooring.lines, mooring.at_lines, strict=True)
+        if a in at and b in at
     ]
     radii = {name: (0.75 * p.volume / math.pi) ** (1 / 3) for name, p in config.points.items()}
     hulls = [
