@@ -45,7 +45,12 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     segments = _segments(
         config, shallowest=float(depths[0]), speed=SPEED + (sea.speed if sea else 0.0)
     )
-    moving = {name: s for name, s in segments.items() if config.lines[name].segments > 1}
+    moving = {
+        name: segment
+        for name, segment in segments.items()
+        for line in [config.lines[name]]
+        if line.segments > 1 or {line.from_, line.to} & config.points.keys()
+    }
     step = internal_step(moving, scheme=config.solver.scheme, wanted=config.solver.time_step)
     number = point_numbers(config)
     return Mooring(
@@ -164,7 +169,8 @@ def _segments(config: MooringConfig, *, shallowest: float, speed: float) -> dict
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
         held = [config.anchors[end][-1] for end in (line.from_,) if end in config.anchors]
         bed, ends = config.seabed, (line.from_, line.to)
-        if config.water and clear_of_seabed(held, length=line.unstretched_length, depth=shallowest):
+        clear = clear_of_seabed(held, length=line.unstretched_length, depth=shallowest)
+        if clear and not line.winch:
             bed = Seabed(stiffness=0.0, damping=0.0)
         found[name] = Segment(
             length=length,
