@@ -20,8 +20,9 @@ dimensions: 3
 water: {density: 1000, depth: 100, gravity: 9.807}
 stretching: linear
 line_types:
-  jumper: {diameter: 0.396, mass_per_length: 165, axial_stiffness: 5.0e+8, bending_stiffness: 1.208e+5,
-           axial_damping_ratio: 0.5, drag_coefficient: 1, added_mass_coefficient: 1}
+  jumper: {diameter: 0.396, mass_per_length: 165, axial_stiffness: 5.0e+8,
+           bending_stiffness: 1.208e+5, axial_damping_ratio: 0.5,
+           drag_coefficient: 1, added_mass_coefficient: 1}
 anchors: {low: [-100, 0, -55]}
 fairleads: {top: [0, 0, -5]}
 lines: {jumper: {type: jumper, from: low, to: top, unstretched_length: 170, segments: 68}}
