@@ -119,7 +119,10 @@ CASES = {
     "clump": (HEAD.replace("CLUMP", "800 0.1 0 0"), 1.5),
     "buoy": (HEAD.replace("CLUMP", "100 0.9 0.5 0.5"), 1.5),
     "line of two bodies": (BETWEEN, 2.0),
-    "drifting body": ((DATA / "free_body_with_rod.txt").read_text("utf-8").replace("DT\n", "DT\n0 TmaxIC\n"), 1.0),
+    "drifting body": (
+        (DATA / "free_body_with_rod.txt").read_text("utf-8").replace("DT\n", "DT\n0 TmaxIC\n"),
+        1.0,
+    ),
 }
 
 
@@ -144,5 +147,12 @@ def test_lines_as_moordyn_moves_them(case: str, tmp_path: Path) -> None:
 
     found, expected = ours(made, at, h, stop), by_itself(made, at, tmp_path, h, stop)
     error = np.abs(found - expected).max(axis=0) / np.ptp(expected, axis=0)
-    e=np.abs(found-expected); print(case, error, e.argmax(axis=0)*h, np.ptp(expected, axis=0), np.sqrt((e**2).mean(axis=0))/np.ptp(expected,axis=0))
+    e = np.abs(found - expected)
+    print(
+        case,
+        error,
+        e.argmax(axis=0) * h,
+        np.ptp(expected, axis=0),
+        np.sqrt((e**2).mean(axis=0)) / np.ptp(expected, axis=0),
+    )
     assert (error < 0.01).all()

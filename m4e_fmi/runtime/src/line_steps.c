@@ -15,7 +15,7 @@
    blocks of 3 x 3 along its diagonal and dyads beside it: its Cholesky factors take some hundred
    operations a node.
 
-   Ends that are not held have half a node's mass; what else hangs there can only add to it.
+   Ends have half a node's mass, as if they were free: what holds them, or hangs there, only adds.
 
    A segment counts as slack, and a node as on the seabed, that would be there before the step ends
    if it went on as it goes. */
@@ -79,8 +79,7 @@ static double inverse_along(double s[3][3], const double *q) {
 static int slower(const m4e_line_kind *k, uint32_t n, double l, const double *r, const double *v,
                   const double *u, double h, double x) {
     double before[3] = {0, 0, 0}, after[3] = {0, 0, 0}, taken = 0; /* of the segment before */
-    const int held = (int)k->held;
-    for (uint32_t i = 0; i <= n; i++) {
+    for (size_t i = 0; i <= n; i++) {
         const double *here = r + 3 * i, part = i == 0 || i == n ? l / 2 : l;
         double q[3], s[3][3], flow[3], coupling = 0;
         if (i < n) {
@@ -90,26 +89,26 @@ static int slower(const m4e_line_kind *k, uint32_t n, double l, const double *r,
             const int slack = size + fmin(dot(after, rate), 0) * h <= l;
             coupling = fmax(k->damping - (slack ? 0 : k->least / x), 0) / l;
         }
-        if ((i == 0 && held & 1) || (i == n && held & 2)) {
-            taken = coupling;
-        } else {
-            direction(i > 0 ? here - 3 : here, i < n ? here + 3 : here, q);
-            for (int c = 0; c < 3; c++) flow[c] = (u ? u[3 * i + c] : 0) - v[3 * i + c];
-            const double past = fabs(dot(flow, q)), wet = here[2] < 0;
-            const double beside = sqrt(fmax(dot(flow, flow) - past * past, 0));
-            const double across = x * (wet ? k->across : k->mass) - k->drag * beside;
-            const double along = x * (wet ? k->along : k->mass) - k->axial_drag * past;
-            const int touches = on_bed(k, here, v + 3 * i, h);
-            for (int a = 0; a < 3; a++)
-                for (int b = 0; b <= a; b++)
-                    s[a][b] = part * ((a == b) * across + (along - across) * q[a] * q[b]) -
-                              taken * before[a] * before[b] - coupling * after[a] * after[b];
-            if (touches) s[2][2] -= part * k->bed_damping;
-            for (int c = 0; c < 2 && touches; c++) s[c][c] -= k->friction;
-            const double share = inverse_along(s, after);
-            if (share < 0) return 0;
-            taken = coupling + coupling * coupling * share;
+        direction(i > 0 ? here - 3 : here, i < n ? here + 3 : here, q);
+        for (int c = 0; c < 3; c++) flow[c] = (u ? u[3 * i + c] : 0) - v[3 * i + c];
+        const double past = fabs(dot(flow, q)), wet = here[2] < 0;
+        const double beside = sqrt(fmax(dot(flow, flow) - past * past, 0));
+        const double across =
+            x * (wet ? k->across : k->mass) - k->drag * (beside + k->speed);
+        const double along =
+            x * (wet ? k->along : k->mass) - k->axial_drag * (past + k->speed);
+        for (int a = 0; a < 3; a++)
+            for (int b = 0; b <= a; b++)
+                s[a][b] = part * ((a == b) * across + (along - across) * q[a] * q[b]) -
+                          taken * before[a] * before[b] - coupling * after[a] * after[b];
+        if (on_bed(k, here, v + 3 * i, h)) {
+            s[2][2] -= part * k->bed_damping;
+            s[0][0] -= k->friction;
+            s[1][1] -= k->friction;
         }
+        const double share = inverse_along(s, after);
+        if (share < 0) return 0;
+        taken = coupling + coupling * coupling * share;
         for (int c = 0; c < 3; c++) before[c] = after[c];
     }
     return 1;
@@ -133,10 +132,11 @@ static int oscillates(const m4e_line_kind *k, double l, double longest, int touc
 uint64_t m4e_line_steps(const m4e_line_kind *k, uint32_t segments, double length, const double *r,
                         const double *v, const double *u, double h, uint64_t least, uint32_t order,
                         double share) {
+    if (!(k->mass > 0)) return least;
     const double l = length / segments;
     double longest = 0;
     int touches = 0;
-    for (uint32_t i = 0; i <= segments; i++) {
+    for (size_t i = 0; i <= segments; i++) {
         double q[3];
         if (i < segments) longest = fmax(longest, direction(r + 3 * i, r + 3 * i + 3, q));
         touches |= on_bed(k, r + 3 * i, v + 3 * i, h);

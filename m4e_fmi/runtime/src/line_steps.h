@@ -5,15 +5,15 @@
 
 #include "m4e.h"
 
-/* A kind of line, per length where a line has it everywhere. */
+/* A kind of line, per length where a line has it everywhere; without mass: nothing in it moves. */
 typedef struct {
     double mass, across, along; /* [kg/m] in air, and with the added mass in water */
     double drag, axial_drag;    /* [kg/m2] rho d Cd, pi rho d CdAx: twice force over speed squared */
     double stiffness, least;    /* [N] largest EA, least EA of a taut segment */
     double damping, bending;    /* [N.s] BA, [N.m2] EI */
     double bed, bed_stiffness, bed_damping; /* [m] z of the seabed, [Pa] kBot d, [Pa.s] cBot d */
-    double friction;            /* [N.s/m] of a node on the seabed */
-    double held;                /* 1: end A does not move by itself, 2: end B, 3: both */
+    double friction;                        /* [N.s/m] of a node on the seabed */
+    double speed;                           /* [m/s] of the water, where nobody says it */
 } m4e_line_kind;
 
 /* The number of equal internal steps, `least` or more, for the next h seconds of a line of
