@@ -11,6 +11,7 @@ loop looks at every line before some internal steps, and chooses those that are 
 of one segment with half its mass at either end (no assembly of them is faster), ω = (2/l) √(EA/m')
 with the damping ratio ζ = BA/(l √(EA m')), further damping added; bending, ω = (4/l²) √(EI/m');
 the seabed, ω = √(kBot d/m'), and the decay of a node there, cBot d/(m' + ρ A Ca).
+Friction adds to it.
 
 MoorDyn's own `CFL` is dt·√(EA/m')/(2π l), so its default 0.5 means ω dt = 6.3, beyond RK2 (2) and
 RK4 (2.8). RK2 lets every undamped mode grow, so it needs a short step for a line without damping.
@@ -137,6 +138,7 @@ def stable_step(segment: Segment, scheme: str) -> float:
     """The longest stable internal step [s] of `scheme` for a taut segment, flat on the seabed."""
     across, _ = segment.masses
     decay = segment.seabed_damping * segment.diameter / across
+    decay += segment.friction / (segment.mass_per_length * segment.length)
     limits = [_limit(scheme, 1.0) / decay] if decay else []
     for omega, ratio in oscillations(segment):
         least = min(ratio, 1.0)
