@@ -9,7 +9,8 @@ loop looks at every line before some internal steps, and chooses those that are 
 
 `stable_step` is the longest step of a line that is taut and lies flat where it lies: oscillation
 of one segment with half its mass at either end (no assembly of them is faster), ω = (2/l) √(EA/m')
-with the damping ratio ζ = BA/(l √(EA m')), further damping added; bending, ω = (4/l²) √(EI/m');
+with the damping ratio ζ = BA/(l √(EA m')), further damping added, or, with ζ > 1, its faster decay
+ω (ζ + √(ζ² − 1)); bending, ω = (4/l²) √(EI/m');
 the seabed, ω = √(kBot d/m'), and the decay of a node there, cBot d/(m' + ρ A Ca).
 Friction adds to it.
 
@@ -141,6 +142,8 @@ def stable_step(segment: Segment, scheme: str) -> float:
     decay += segment.friction / (segment.mass_per_length * segment.length)
     limits = [_limit(scheme, 1.0) / decay] if decay else []
     for omega, ratio in oscillations(segment):
+        if ratio > 1:
+            limits.append(_limit(scheme, 1.0) / omega / (ratio + math.sqrt(ratio**2 - 1)))
         least = min(ratio, 1.0)
         ratios = (least + (1.0 - least) * k / ANGLES for k in range(ANGLES + 1))
         limits.append(min(_limit(scheme, r) for r in ratios) / omega)

@@ -189,6 +189,7 @@ def test_stability_limits_against_the_known_ones() -> None:
         (plain(), "RK4", 200, 2.62),
         (critical, "RK4", 200, 2.7853),
         (critical, "RK2", 200, 2.0),
+        (plain(damping=1.25 * critical.damping), "RK2", 400, 2.0),  # 1.25 + 0.75
         (seabed, "RK4", 400, 2.7853),
     ):
         assert stable_step(line, scheme) * rate == pytest.approx(limit, rel=0.005)
