@@ -201,7 +201,7 @@ def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | 
 def kinds_of(
     segments: dict[str, Segment], moving: dict[str, Segment], *, bed: float
 ) -> tuple[tuple[float, ...], ...]:
-    """What the loop over MoorDyn needs of each line; those beside `moving` have nothing to move.
+    """Numbers of each line for the loop over MoorDyn; in lines beside `moving` nothing moves.
 
     `bed` is z [m] of the seabed at its highest.
     """

@@ -9,10 +9,9 @@ loop looks at every line before some internal steps, and chooses those that are 
 
 `stable_step` is the longest step of a line that is taut and lies flat where it lies: oscillation
 of one segment with half its mass at either end (no assembly of them is faster), ω = (2/l) √(EA/m')
-with the damping ratio ζ = BA/(l √(EA m')), further damping added, or, with ζ > 1, its faster decay
-ω (ζ + √(ζ² − 1)); bending, ω = (4/l²) √(EI/m');
-the seabed, ω = √(kBot d/m'), and the decay of a node there, cBot d/(m' + ρ A Ca).
-Friction adds to it.
+with the damping ratio ζ = BA/(l √(EA m')), further damping added, or with ζ > 1 its faster decay,
+ω (ζ + √(ζ² − 1)); bending, ω = (4/l²) √(EI/m'); the seabed, ω = √(kBot d/m'), and the decay of a
+node there, cBot d/(m' + ρ A Ca), to which friction adds.
 
 MoorDyn's own `CFL` is dt·√(EA/m')/(2π l), so its default 0.5 means ω dt = 6.3, beyond RK2 (2) and
 RK4 (2.8). RK2 lets every undamped mode grow, so it needs a short step for a line without damping.
@@ -138,12 +137,13 @@ def cheapest_scheme(segments: Iterable[Segment]) -> str:
 def stable_step(segment: Segment, scheme: str) -> float:
     """The longest stable internal step [s] of `scheme` for a taut segment, flat on the seabed."""
     across, _ = segment.masses
-    decay = segment.seabed_damping * segment.diameter / across
-    decay += segment.friction / (segment.mass_per_length * segment.length)
-    limits = [_limit(scheme, 1.0) / decay] if decay else []
+    rate = segment.seabed_damping * segment.diameter / across
+    rate += segment.friction / (segment.mass_per_length * segment.length)
+    (omega, ratio), *_ = oscillations(segment)
+    if ratio > 1:
+        rate = max(rate, omega * (ratio + math.sqrt(ratio**2 - 1)))
+    limits = [_limit(scheme, 1.0) / rate] if rate else []
     for omega, ratio in oscillations(segment):
-        if ratio > 1:
-            limits.append(_limit(scheme, 1.0) / omega / (ratio + math.sqrt(ratio**2 - 1)))
         least = min(ratio, 1.0)
         ratios = (least + (1.0 - least) * k / ANGLES for k in range(ANGLES + 1))
         limits.append(min(_limit(scheme, r) for r in ratios) / omega)
