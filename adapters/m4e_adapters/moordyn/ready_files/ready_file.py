@@ -17,8 +17,8 @@ from m4e_adapters.moordyn.mooring import (
     Mooring,
     NetData,
     Sea,
-    fastest_water,
     internal_step,
+    kinds_of,
     net_line,
 )
 from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, Attachments, ends_of
@@ -32,7 +32,6 @@ from m4e_adapters.moordyn.ready_files.read_file import (
 )
 from m4e_adapters.moordyn.stability import (
     SCHEMES,
-    SPEED,
     Segment,
     clear_of_seabed,
     damping_of_ratio,
@@ -69,7 +68,7 @@ def ready_mooring(
     points = _fairleads(file, attached, fairleads)
     InputError.raise_for(file.problems)
     moved = sea(file.depth, file.option("g", WATER["g"]))
-    segments = _segments(file, attached, speed=SPEED + (moved.speed if moved else 0.0))
+    segments = _segments(file, attached)
     moving = _with_moving_nodes(file, attached, segments)
     scheme, step, notes = _integration(file, moving)
     notes = (*notes, *_notes(file, simple=attached.simple(), still=moved is None))
@@ -90,7 +89,7 @@ def ready_mooring(
         drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
         notes=notes,
         sea=moved,
-        fastest=fastest_water(moving, scheme=scheme, step=step),
+        kinds=kinds_of(segments, moving, bed=-file.depth),
     )
 
 
@@ -169,8 +168,8 @@ def _notes(file: ReadFile, *, simple: bool, still: bool) -> list[str]:
     return notes
 
 
-def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[str, Segment]:
-    """A segment of every line, at most at `speed` [m/s] in the water."""
+def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
+    """A segment of every line."""
     types = {row.words[0]: row.words for row in file.rows("line types")}
     held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
     friction = file.option("frictioncoefficient", 0.0) * file.option("fricdamp", FRICTION_DAMPING)
@@ -197,7 +196,6 @@ def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[st
             axial_drag_coefficient=cdax,
             axial_added_mass_coefficient=caax,
             friction=friction,
-            speed=speed,
         )
     return found
 
