@@ -37,6 +37,7 @@ WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's rep
 SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
 START_STEP = 1e-12  # [s] length of the call that evaluates the forces at the start
 SILENT = 0xFFFF  # log level of no messages
+RELAXED = 3  # internal steps of MoorDyn's relaxation in the longest one: lines go slack, and land
 CLOCK = 3  # numbers of the state before those of fairleads
 FAILURES = {
     1: "MoorDyn reports an error",
@@ -86,6 +87,7 @@ _ARGUMENTS = {
     **dict.fromkeys(("Init", "Init_NoIC"), (c_void_p, c_void_p, c_void_p)),
     **dict.fromkeys(("SaveState", "LoadState"), (c_void_p, ctypes.c_char_p)),
     "Close": (c_void_p,),
+    "SetDt": (c_void_p, c_double),
     "SetVerbosity": (c_void_p, c_int),
     "GetLine": (c_void_p, _UNSIGNED),
     "GetLineN": (c_void_p, c_void_p),
@@ -339,6 +341,8 @@ class MoorDynSystem:
             self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
         if not self._system:
             return True
+        if search:
+            library.MoorDyn_SetDt(self._system, self._lines.longest / RELAXED)
         initialise = library.MoorDyn_Init if search else library.MoorDyn_Init_NoIC
         at = self._poses(position)
         return initialise(self._system, at, (c_double * len(at))()) != 0
