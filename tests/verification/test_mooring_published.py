@@ -18,7 +18,6 @@ DATA = Path(__file__).parents[1] / "data" / "moordyn" / "lowe_langley_2006.csv"
 JUMPER = """\
 dimensions: 3
 water: {density: 1000, depth: 100, gravity: 9.807}
-stretching: linear
 line_types:
   jumper: {diameter: 0.396, mass_per_length: 165, axial_stiffness: 5.0e+8,
            bending_stiffness: 1.208e+5, axial_damping_ratio: 0.5,
