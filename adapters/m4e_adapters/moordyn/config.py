@@ -47,7 +47,7 @@ WavesOrNone = Annotated[
     Annotated[Literal["none"], Tag("word")] | Annotated[Waves, Tag("waves")],
     Discriminator(_is_word),
 ]
-DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
+DESCRIBED = ("line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
 
 
 class Water(Section):
