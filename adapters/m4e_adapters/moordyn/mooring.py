@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -68,21 +67,6 @@ class Sea:
 
 
 @dataclass(frozen=True)
-class Failure:
-    """Lines that leave a point together, and are then joined at a free one.
-
-    `lines` are their numbers, from 0; `point` is the number of the point in the text, or R1A for
-    end A of its first rod. They leave at `time` [s], or once the point pulls one of them with
-    `tension` [N]; inf for never.
-    """
-
-    lines: tuple[int, ...]
-    point: str
-    time: float
-    tension: float
-
-
-@dataclass(frozen=True)
 class Mooring:
     """Data of a `LineSystem`.
 
@@ -92,10 +76,7 @@ class Mooring:
     lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a ready file
     has them, to be compared with where they start; `notes` say what in a ready file is taken
     otherwise than it stands there. `sea` is None if the water stands still. `fastest` [m/s] is the
-    speed of the water up to which the internal step is stable. `files` are put beside MoorDyn's
-    input, by the names that the text uses. `ends` has for each coupled object of MoorDyn's, in the
-    order of its motion, how many fairleads move it: 2 a coupled rod (its ends A and B), else 1.
-    `no_rewind` says why the lines cannot go back in time, empty if they can.
+    speed of the water up to which the internal step is stable.
     """
 
     text: str
@@ -109,10 +90,6 @@ class Mooring:
     notes: tuple[str, ...] = ()
     sea: Sea | None = None
     fastest: float = math.inf
-    files: Mapping[str, bytes] = field(default_factory=dict)
-    ends: tuple[int, ...] = ()
-    failures: tuple[Failure, ...] = ()
-    no_rewind: str = ""
 
     def in_space(self) -> Mooring:
         """The same with fairleads that move along Y, too."""
