@@ -1,6 +1,7 @@
 """Slave of the mooring FMU: passes fairlead motion to the lines and their forces back."""
 
 import json
+import sys
 
 from pythonfmu.enums import Fmi2Status
 
@@ -23,9 +24,21 @@ class MooringSlave(M4eSlave):
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
         self._water, self._of_water, self._values_of_water = None, [], []
-        course, nodes = self._moving_water(), system.pop("nodes")
-        self._lines = LineSystem(text, course=course, place=self.resources, **system)
-        self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
+        nodes, names = system.pop("nodes"), system.pop("files")
+        self._parting = {
+            self.index[f"{line}.parted"]: failure for line, failure in system.pop("parting").items()
+        }
+        self._winches = [self._line_names[line] for line in system["winches"]]
+        self._lines = LineSystem(
+            text,
+            course=self._moving_water(),
+            place=self.resources,
+            runtime=self.resources / f"runtime.{sys.platform}",
+            files={
+                name: (self.resources / f"file_{k}").read_bytes() for k, name in enumerate(names)
+            },
+            **system,
+        )
         self._nodes = {
             (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
             for line, name in enumerate(self._line_names)
@@ -78,9 +91,9 @@ class MooringSlave(M4eSlave):
     def initialise(self):
         """Start the lines, unless they have started with the same motion and waves."""
         motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        given = (*motion, self._set_water())
+        given = (*motion, self._set_water(), self._of_winches("length"))
         if given != self._started_with:
-            self._lines.start(*motion, self.time)
+            self._lines.start(*motion, self.time, self._of_winches("length"))
             self._started_with = given
             self._warn(self._lines.warnings)
 
@@ -91,15 +104,28 @@ class MooringSlave(M4eSlave):
     def step(self, t, h):
         """Advance from t over h [s]."""
         self._set_water()
-        self._lines.advance(t, h, self._of_fairleads(""), self._of_fairleads("v"))
+        winch = zip(self._of_winches("length"), self._of_winches("length_rate"), strict=True)
+        self._lines.advance(
+            t,
+            h,
+            self._of_fairleads(""),
+            self._of_fairleads("v"),
+            [x for pair in winch for x in pair],
+        )
+
+    def _of_winches(self, kind):
+        """The inputs of this kind of each line with a winch."""
+        return [self.values[self.index[f"{line}.{kind}"]] for line in self._winches]
 
     def update(self):
         """Set the outputs for the present inputs."""
+        for place, failure in self._parting.items():
+            if self.values[place]:
+                self._lines.part(failure)
         self._lines.settle(self._of_fairleads("v"))
-        shares = {k: self.values[self.index[f"{name}.parted"]] for k, name in self._parting.items()}
-        parted = {line: share for line, share in shares.items() if share}
-        self._warn(self._lines.overstretched(parted) + self._lines.surfaced())
-        force, *tensions = self._lines.without(parted)
+        self._warn(self._lines.overstretched() + self._lines.surfaced())
+        force = self._lines.force
+        tensions = self._lines.fairlead_tension, self._lines.anchor_tension
         for name, axes, parts in zip(self._fairleads, self._axes, force, strict=True):
             for axis, part in zip(axes, parts, strict=True):
                 self.values[self.index[f"{name}.force_{axis}"]] = part

@@ -16,7 +16,13 @@ from pathlib import Path
 
 from m4e_adapters.moordyn.line_file import header
 from m4e_adapters.moordyn.ready_files.attachments import ENDS, FREE, ends_of
-from m4e_adapters.moordyn.ready_files.named_files import CURVES, OWN, NamedFiles
+from m4e_adapters.moordyn.ready_files.named_files import (
+    CURVES,
+    OWN,
+    READ_AS_NUMBER,
+    SYROPE,
+    NamedFiles,
+)
 from m4e_adapters.moordyn.ready_files.read_file import (
     TABLES,
     ReadFile,
@@ -130,6 +136,7 @@ def check(file: ReadFile, named: NamedFiles) -> None:
     if not any(map(file.rows, ("lines", "rods", "bodies"))):
         remedy = "add it, or name a MoorDyn v2 input file"
         file.wrong(None, "the section LINES is missing or empty", remedy)
+        return
     for row in file.headless:
         message = "one of two lines above the rows of this table, names and units, is missing"
         remedy = "write it above this row, as '(-) (-)': MoorDyn would leave this row out instead"
@@ -140,7 +147,7 @@ def check(file: ReadFile, named: NamedFiles) -> None:
         file.wrong(row, message, f"MoorDyn would leave it out; sections are {known}")
     for section in (*TABLES, "failure"):
         for row in file.rows(section):
-            _check_numbers(file, section, row, named)
+            _check_numbers(file, section, row)
     for section in ("line types", "rod types"):
         names: set[str] = set()
         for row in file.rows(section):
@@ -180,7 +187,7 @@ def _check_depth(file: ReadFile, row: Row, what: str, z: float) -> None:
         file.wrong(row, message, f"raise it, or make WtrDpth at least {-z:g}")
 
 
-def _check_numbers(file: ReadFile, section: str, row: Row, named: NamedFiles) -> None:
+def _check_numbers(file: ReadFile, section: str, row: Row) -> None:
     """Note the words of `row` that are not numbers, or none that can be meant."""
     columns = COLUMNS[section]
     if section == "points":
@@ -194,7 +201,7 @@ def _check_numbers(file: ReadFile, section: str, row: Row, named: NamedFiles) ->
         whole = SEGMENTS.get(section) == k
         for n, value in enumerate(values if word else ()):
             limits = (min(least, 0.0) if n else least, largest)
-            if not (section == "line types" and named.is_name(value)):
+            if section != "line types" or READ_AS_NUMBER.match(value.removeprefix(SYROPE)):
                 _check_number(file, row, k, name, value, limits, whole=whole)
 
 
@@ -252,7 +259,7 @@ def _check_options(file: ReadFile) -> None:
             f"{still if 'waterkin' in file.options else ''}"
         )
     steps = file.option("tmaxic", 0.0) / max(file.option("dtm", 1.0), OPTIONS["dtm"][0])
-    if steps > MOST_STEPS:
+    if steps > MOST_STEPS and not file.problems:
         message = f"the initial state would take up to {steps:.3g} internal steps"
         file.wrong(file.options["tmaxic"], message, "give a smaller TmaxIC")
     if "wtrdpth" not in file.options:

@@ -69,10 +69,6 @@ class NamedFiles:
         rows = self.file.rows("line types")
         self.file.tables["line types"] = tuple(map(self._line_type, rows))
 
-    def is_name(self, word: str) -> bool:
-        """True if a word of a line type is the name of a file, which is then here."""
-        return word.removeprefix(SYROPE) in self.contents
-
     def _line_type(self, row: Row) -> Row:
         """The same line type with the names that its files have here."""
         words = list(row.words)
@@ -104,19 +100,19 @@ class NamedFiles:
                 self.contents[here] = content
                 return here
         message = f"the file {name!r} is not beside {self.file.path.name}"
-        self.file.wrong(row, message, "put it there, or write a number", k)
+        self.file.wrong(row, message, "put it there", k)
         return name
 
     def _curve(self, row: Row, k: int, name: str) -> str:
         """Note what is wrong with a curve, of (x, y) row by row from 0 on; its name."""
-        rows = [line.split() for line in self._lines(name)[HEADING:]]
-        points = [words[:2] for words in rows if words]
-        if all(len(p) == 2 and all(map(number, p)) for p in points) and len(points) > 1:
-            values = [(float(x), float(y)) for x, y in points]
-            if all(a[0] < b[0] for a, b in pairwise(values)):
-                steepest = max((b[1] - a[1]) / (b[0] - a[0]) for a, b in pairwise(values))
-                self.curves[name] = steepest, max(y for _, y in values)
-        if name in self.contents and name not in self.curves:
+        lines = self._lines(name)[HEADING:] if name in self.contents else ["0 0", "1 0"]
+        try:
+            rows = [tuple(map(float, line.split()[:2])) for line in lines if line.strip()]
+            slopes = [(y - b) / (x - a) for (a, b), (x, y) in pairwise(rows)]
+            self.curves[name] = max(slopes), max(y for _, y in rows)
+            if rows != sorted(rows):
+                raise ValueError
+        except (ValueError, ZeroDivisionError):
             message = f"{name} is not a table of two columns of numbers, the first ascending"
             self.file.wrong(row, message, f"below {HEADING} lines of heading", k)
         return name

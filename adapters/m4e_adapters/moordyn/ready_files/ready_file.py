@@ -13,6 +13,8 @@ from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+
 from m4e_adapters.moordyn.line_file import MOVING_WATER, QUIET, RELAXATION, header
 from m4e_adapters.moordyn.mooring import (
     Failure,
@@ -96,7 +98,7 @@ def ready_mooring(
     segments = _segments(file, attached, named, speed=SPEED + (around.speed if around else 0.0))
     moving = _with_moving_nodes(file, attached, segments)
     scheme, step = _integration(file, moving)
-    lost = _no_rewind(file)
+    lost = _no_way_back(file)
     _note(file, around, lost)
     InputError.raise_for(file.problems)
     plain = not (named.curves or {"seafloorfile"} & file.options.keys())
@@ -118,10 +120,13 @@ def ready_mooring(
         notes=tuple(file.notes),
         sea=around,
         fastest=fastest_water(moving, scheme=scheme, step=step),
+        scheme=scheme,
         files=named.contents,
         ends=tuple(len(places) for _, places in moved),
+        axes=tuple(_axis(places) for _, places in moved),
+        inert=len(moved) > sum(row in file.rows("points") for row, _ in moved),
         failures=failures,
-        no_rewind=lost,
+        no_way_back=lost,
     )
 
 
@@ -149,20 +154,25 @@ def _fairleads(
     return tuple(found)
 
 
+def _axis(places: tuple[Place, ...]) -> Place:
+    """The direction from end A of a coupled rod to its end B; 0 of what has one fairlead."""
+    x, y, z = np.subtract(places[-1], places[0]) / (math.dist(places[-1], places[0]) or 1.0)
+    return float(x), float(y), float(z)
+
+
 def _failure(file: ReadFile, row: Row) -> Failure:
     """A failure, of which a time or tension of 0 is never; unknown lines are problems."""
     if len(row.words) < FAILURE_WORDS:
         file.wrong(row, f"a failure has {FAILURE_WORDS} columns", "give time and tension, or 0")
-        return Failure((), "", math.inf, math.inf)
-    point = end_name(row.words[1])
-    of_lines = {line.words[0]: ends_of(line) for line in file.rows("lines")}
-    lines = row.words[2].split(",")
-    for line in lines:
-        if point not in of_lines.get(line, ()):
-            file.wrong(row, f"line {line} does not end at {row.words[1]}", "name one that does", 2)
-    time, tension = (float(word) or math.inf for word in row.words[3:5])
-    numbers = tuple(list(of_lines).index(line) for line in lines if line in of_lines)
-    return Failure(numbers, point, time, tension)
+        return Failure(())
+    point, ends = end_name(row.words[1]), []
+    lines = {line.words[0]: (k, ends_of(line)) for k, line in enumerate(file.rows("lines"))}
+    for name in row.words[2].split(","):
+        k, at = lines.get(name, (0, []))
+        ends += [(k, end) for end, where in enumerate(at) if where == point]
+        if point not in at:
+            file.wrong(row, f"line {name} does not end at {row.words[1]}", "name one that does", 2)
+    return Failure(tuple(ends), *(float(word) or None for word in row.words[3:5]))
 
 
 def _integration(file: ReadFile, segments: dict[str, Segment]) -> tuple[str, float]:
@@ -197,7 +207,7 @@ def _integration(file: ReadFile, segments: dict[str, Segment]) -> tuple[str, flo
     return scheme, longest
 
 
-def _no_rewind(file: ReadFile) -> str:
+def _no_way_back(file: ReadFile) -> str:
     """Why MoorDyn cannot go back in time: what of its state it does not save."""
     types = [row.words for row in file.rows("line types")]
     if any(words[3].startswith(SYROPE) for words in types):
