@@ -306,7 +306,9 @@ class MoorDynSystem:
     def _made(self, folder, position, search):
         """Whether MoorDyn fails to begin there."""
         library = moordyn()
-        self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
+        with contextlib.chdir(folder) if self._files else contextlib.nullcontext():
+            # it looks for the file of the seabed where the program runs
+            self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
         if not self._system:
             return True
         initialise = library.MoorDyn_Init if search else library.MoorDyn_Init_NoIC

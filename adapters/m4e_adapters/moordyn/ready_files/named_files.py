@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 
-from m4e_adapters.moordyn.ready_files.read_file import ReadFile, Row, number
+from m4e_adapters.moordyn.ready_files.read_file import ReadFile, Row
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_LINE_FILE
 

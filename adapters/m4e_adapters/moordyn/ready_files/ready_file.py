@@ -367,6 +367,8 @@ def _text(
     replaced = REPLACED | {name.lower() for _, name in ours}
     if file.option("wavekin", 0.0) <= 1:
         replaced.add("wavekin")
+    if "fileic" in file.options:  # without it the dynamic method may begin too far off
+        replaced.add("icgendynamic")
     kept = [(row.words[0], key) for key, row in file.options.items() if key not in replaced]
     lines += [header("OPTIONS"), *(f"{value} {key}" for value, key in (*ours, *kept))]
     return "\n".join([*lines, header("OUTPUTS"), header("END"), ""])
