@@ -16,8 +16,8 @@ MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
 - What parts a line in MoorDyn cannot be taken back: see `MoorDynSystem.part`.
 """
 
-from math import hypot, inf, isfinite
-from operator import sub
+from itertools import chain
+from math import dist, hypot, inf, isfinite
 
 from .moordyn_system import MoorDynSystem, warnings_in, with_free_ends
 from .plausibility import (
@@ -65,7 +65,7 @@ class LineSystem:
         Name and place [m] of the fairleads in a file that somebody else wrote, in its order.
     notes
         Warnings of every start.
-    files, ends, axes, inert, winches
+    files, ends, axes, inert, moving, winches
         As of `MoorDynSystem`; no `ends`: one each, no `axes`: no rods.
     failures
         Ends of lines that part from what they are at, together: (line, end) numbers from 0, end 1
@@ -104,6 +104,7 @@ class LineSystem:
         ends=(),
         axes=(),
         inert=False,
+        moving=False,
         winches=(),
         failures=(),
         course=None,
@@ -119,7 +120,9 @@ class LineSystem:
             ends=ends,
             axes=axes or [(0.0, 0.0, 0.0)] * len(ends),
             inert=inert,
+            moving=moving or course is not None,
             lines=len(lines),
+            fixed=self._y,
             winches=winches,
             time_step=time_step,
             lag=lag,
@@ -130,6 +133,7 @@ class LineSystem:
         self._bed, self._net, self._at_rest = bed, net, at_rest
         self._drawn, self._notes = drawn, list(notes)
         self._winches, self._failures = winches, failures
+        self._falling = any(time is not None or limit is not None for _, time, limit in failures)
         self.parted = []
         self.warnings = []
         self._stretched = set()  # the lines that were too long when last looked at
@@ -155,7 +159,7 @@ class LineSystem:
         Second order accurate in the segment length, because the weight of half a segment is in it.
         It is 0 once the end has parted.
         """
-        if (line, end) in self._gone():
+        if self.parted and (line, end) in self._gone():
             return (0.0, 0.0, 0.0)
         at = 6 * line + 3 * end
         return tuple(self._moordyn.end_force[at : at + 3])
@@ -163,12 +167,18 @@ class LineSystem:
     @property
     def anchor_tension(self):
         """Magnitude [N] of the force at end A of each line."""
-        return [hypot(*self.end_force(k, 0)) for k in range(len(self._names))]
+        return self._tensions(0)
 
     @property
     def fairlead_tension(self):
         """Magnitude [N] of the force at end B of each line."""
-        return [hypot(*self.end_force(k, 1)) for k in range(len(self._names))]
+        return self._tensions(1)
+
+    def _tensions(self, end):
+        if self.parted:
+            return [hypot(*self.end_force(k, end)) for k in range(len(self._names))]
+        force = self._moordyn.end_force[3 * end :]
+        return [hypot(*force[k : k + 3]) for k in range(0, len(force), 6)]
 
     def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
@@ -177,7 +187,8 @@ class LineSystem:
         without waves. MooringError if MoorDyn cannot start there.
         """
         position = [tuple(p) for p in position]
-        flat = self._flat(position)
+        pairs = zip(position, self._y, strict=True)
+        flat = [x for place, y in pairs for x in in_space(place, y)]
         net, found = None, False
         if self._net is not None and all(map(isfinite, flat)):
             net = net_at(self._net, _points(flat), dict(zip(self._winches, winch, strict=False)))
@@ -221,25 +232,17 @@ class LineSystem:
         step before in its middle; the velocity at the end is then its own. `winch` are length [m]
         at t and its rate [m/s] of each line that has a winch.
         """
-        self._moordyn.advance(t, h, self._flat(position), self._flat(velocity, 0.0), winch)
-        self._part_where_due(t + h)
+        place, speed = list(chain.from_iterable(position)), list(chain.from_iterable(velocity))
+        self._moordyn.advance(t, h, place, speed, winch)
+        if self._falling:
+            self._part_where_due(t + h)
 
     def settle(self, velocity):
         """Let the fairleads have this velocity [m/s] now, if it is another than was given last.
 
         Forces follow: the axial damping of a line and the drag on its end depend on it.
         """
-        self._moordyn.settle(self._flat(velocity, 0.0))
-
-    def _flat(self, places, y=None):
-        """x, y, z of one fairlead after the other; `y` of those that have none of their own."""
-        found = []
-        for place, fixed in zip(places, self._y, strict=True):
-            if len(place) == 3:
-                found += place
-            else:
-                found += (place[0], fixed if y is None else y, place[1])
-        return found
+        self._moordyn.settle(list(chain.from_iterable(velocity)))
 
     def part(self, failure):
         """Let the ends of a failure, by its number, part from what they are at, unless they have.
@@ -321,7 +324,7 @@ class LineSystem:
         for k, line in enumerate([] if self._net is None else self._net["lines"]):
             for end, point in enumerate(line["ends"]):
                 if points[point]["force"] is not None and (k, end) not in self._gone():
-                    heights[point] = self._moordyn.end_position(k, end)[2]
+                    heights[point] = self._moordyn.end_place[6 * k + 3 * end + 2]
         found = above_water(points, heights)
         texts = [text for k, text in found.items() if k not in self._surfaced]
         self._surfaced = set(found)
@@ -338,9 +341,9 @@ class LineSystem:
     def _beyond(self, strain, remedy):
         """A text, by number, for each line with ends further apart than (1 + strain)·length."""
         texts = {}
+        place = self._moordyn.end_place[:]
         for k, length in enumerate(self._moordyn.lengths):
-            a, b = (self._moordyn.end_position(k, end) for end in (0, 1))
-            distance = hypot(*map(sub, a, b))
+            distance = dist(place[6 * k : 6 * k + 3], place[6 * k + 3 : 6 * k + 6])
             if distance > (1 + strain) * length:
                 texts[k] = (
                     f"the ends of {self._names[k]} are {distance:.6g} m apart, "
@@ -348,6 +351,11 @@ class LineSystem:
                     f"{length:.6g} m, and it pulls {self.fairlead_tension[k]:.3g} N: {remedy}"
                 )
         return texts
+
+
+def in_space(place, y):
+    """(x, y, z) of (x, y, z), or of (x, z) and a fixed y."""
+    return tuple(place) if len(place) == 3 else (place[0], y, place[1])
 
 
 def _points(flat):

@@ -25,7 +25,7 @@ from array import array
 from ctypes import byref, c_double, c_int, c_int32, c_size_t, c_uint32, c_void_p
 from functools import cache
 from itertools import chain
-from math import hypot
+from math import hypot, isfinite, nan
 from pathlib import Path
 
 from .rest import with_nodes, with_points
@@ -55,10 +55,10 @@ class Lines(ctypes.Structure):
     _fields_ = [
         *((name, c_void_p) for name in (
             "step", "set_dt", "set_water", "node_position", "node_force", "set_length", "set_rate",
-            "sample", "system", "line", "segments", "ends", "axes", "winch",
+            "sample", "system", "line", "segments", "ends", "axes", "fixed", "winch",
         )),
         *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
-        ("inert", c_int32),
+        *((name, c_int32) for name in ("inert", "moving")),
         *((name, c_double) for name in ("longest", "interval", "lag")),
         *((name, c_void_p) for name in ("water", "state", "work")),
     ]  # fmt: skip
@@ -142,8 +142,12 @@ class MoorDynSystem:
         Of each coupled object the direction (x, y, z) of a rod as drawn.
     inert
         True if coupled objects have masses of their own (rods, pinned ends).
+    moving
+        True if the water moves.
     lines
         The number of lines.
+    fixed
+        The fixed y coordinate [m] of each fairlead, None of those that move in space.
     winches
         Numbers, from 0, of the lines whose length is set.
     time_step
@@ -161,12 +165,13 @@ class MoorDynSystem:
     ----------
     lengths, segments
         Unstretched length [m] and number of segments of each line.
-    force, end_force
-        Forces [N] on fairleads, and of ends A and B of each line on what holds them: flat.
+    force, end_force, end_place
+        Forces [N] on fairleads, and of ends A and B of each line on what holds them, and the places
+        [m] of these ends: flat.
     """
 
-    def __init__(self, text, *, files, runtime, ends, axes, inert, lines, winches, time_step, lag,
-                 place, course):  # fmt: skip
+    def __init__(self, text, *, files, runtime, ends, axes, inert, moving, lines, fixed,
+                 winches, time_step, lag, place, course):  # fmt: skip
         self._text, self._files, self._place = text, files, place
         self._lines_count, self._winches = lines, list(winches)
         self._fairleads, self._library = sum(ends), _runtime(runtime)
@@ -174,8 +179,9 @@ class MoorDynSystem:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self.lengths, self.segments = [], []
         self._size = 0  # bytes of a saved state
-        self.course, self._failure = course, None
-        count, room = 3 * self._fairleads, CLOCK + 15 * self._fairleads + 6 * lines
+        self.course = course
+        self._failure: Exception | None = None  # of the motion of the water
+        count, room = 3 * self._fairleads, CLOCK + 15 * self._fairleads + 12 * lines
         self.state = (c_double * (room + len(self._winches)))()
         sizes = ctypes.sizeof(c_double)
         view = (c_double * count).from_buffer
@@ -184,14 +190,18 @@ class MoorDynSystem:
         self.end_force = (c_double * (6 * lines)).from_buffer(
             self.state, (CLOCK + 5 * count) * sizes
         )
+        self.end_place = (c_double * (6 * lines)).from_buffer(
+            self.state, (CLOCK + 5 * count + 6 * lines) * sizes
+        )
         self._arrays = {
             "line": (c_void_p * lines)(),
             "segments": (c_uint32 * lines)(),
             "ends": (c_uint32 * len(ends))(*ends),
             "axes": (c_double * (3 * len(ends)))(*chain.from_iterable(axes)),
+            "fixed": (c_double * self._fairleads)(*[nan if y is None else y for y in fixed]),
             "winch": (c_uint32 * len(self._winches))(*self._winches),
             "state": self.state,
-            "work": (c_double * (9 * count))(),
+            "work": (c_double * (11 * count))(),
         }
         self._sample = _SAMPLE(self._sampled)
         self._lines = Lines(
@@ -200,6 +210,7 @@ class MoorDynSystem:
             objects=len(ends),
             winches=len(self._winches),
             inert=inert,
+            moving=moving,
             longest=time_step,
             interval=course.longest if course else float("inf"),
             lag=lag,
@@ -210,6 +221,11 @@ class MoorDynSystem:
                 for field, name in _CALLED.items()
             },
         )
+
+        self._at = byref(self._lines)
+        given = c_double * (count - sum(y is not None for y in fixed))
+        self._position, self._velocity = given(), given()
+        self._winch = (c_double * (2 * len(self._winches)))()
 
     @property
     def running(self):
@@ -274,11 +290,7 @@ class MoorDynSystem:
     def end_motion(self, line, end):
         """(x, y, z) [m] and velocity [m/s] of end A (0) or B (1) of a line: six numbers."""
         node = end * self.segments[line]
-        return *self.node_position(line, node), *self.node_velocity(line, node)
-
-    def end_position(self, line, end):
-        """(x, y, z) [m] of end A (0) or B (1) of a line, by its number from 0."""
-        return self.node_position(line, end * self.segments[line])
+        return [*self.node_position(line, node), *self.node_velocity(line, node)]
 
     def set_lengths(self, lengths):
         """Let the lines with a winch have these lengths [m]."""
@@ -304,7 +316,7 @@ class MoorDynSystem:
         return folder
 
     def _made(self, folder, position, search):
-        """Whether MoorDyn fails to begin there."""
+        """Let MoorDyn begin there; True if it fails."""
         library = moordyn()
         with contextlib.chdir(folder) if self._files else contextlib.nullcontext():
             # it looks for the file of the seabed where the program runs
@@ -333,7 +345,7 @@ class MoorDynSystem:
         """Let the loop know the system and its lines."""
         library, lines = moordyn(), self._lines
         library.MoorDyn_SetVerbosity(self._system, SILENT)
-        if os.name == "posix":  # open files need no name, and a kill leaves none
+        if os.name == "posix" and self._folder:  # open files need no name, and a kill leaves none
             self._folder.cleanup()
         self.lengths = []
         for k in range(self._lines_count):
@@ -363,17 +375,26 @@ class MoorDynSystem:
     def evaluate(self, velocity=None):
         """Take the forces with fairleads where they are, at this velocity [m/s] or at rest."""
         given = (c_double * len(self.position))(*(velocity or ()))
-        self._done(self._library.m4e_lines_evaluate(byref(self._lines), given))
+        self._done(self._library.m4e_lines_evaluate(self._at, given))
 
     def settle(self, velocity):
-        """Let fairleads have this velocity [m/s] now, unless it was set last; forces follow."""
-        given = (c_double * len(velocity))(*velocity)
-        self._done(self._library.m4e_lines_settle(byref(self._lines), given))
+        """Let fairleads have this velocity [m/s] now, unless it was set last; forces follow.
+
+        It is flat, as that of `advance`.
+        """
+        self._velocity[:] = velocity
+        self._done(self._library.m4e_lines_settle(self._at, self._velocity))
 
     def advance(self, t, h, position, velocity, winch=()):
-        """A step from t over h [s]: fairleads end at position + velocity·h. MooringError."""
-        vectors = [(c_double * len(one))(*one) for one in (position, velocity, winch)]
-        self._done(self._library.m4e_lines_advance(byref(self._lines), t, h, *vectors))
+        """A step from t over h [s]: fairleads end at position + velocity·h. MooringError.
+
+        Both are flat, (x, z) of a fairlead with a fixed y, else (x, y, z).
+        """
+        self._position[:], self._velocity[:], self._winch[:] = position, velocity, winch
+        given = self._position, self._velocity, self._winch
+        status = self._library.m4e_lines_advance(self._at, t, h, *given)
+        if status:
+            self._done(status)
 
     def _done(self, status):
         if status:
@@ -395,7 +416,7 @@ class MoorDynSystem:
         """Error message of a step that failed, with the place that failed first."""
         where = ""
         for k, count in enumerate(self.segments):
-            lost = [n for n in range(1, count) if self._read("GetLineNodePos", k, n) is None]
+            lost = [n for n in range(1, count) if not all(map(isfinite, self.node_position(k, n)))]
             if lost:
                 middle = lost[len(lost) // 2]
                 where += f", line {k + 1} at segment {middle} of {count}"
@@ -422,10 +443,10 @@ class MoorDynSystem:
         return places, speeds
 
     def _read(self, what, line, node):
-        """(x, y, z) of a node of a line, both from 0; None where it is not a number."""
+        """(x, y, z) of a node of a line, both from 0; nan where MoorDyn has no number."""
         value = _VECTOR()
         failed = getattr(moordyn(), f"MoorDyn_{what}")(self._arrays["line"][line], node, value)
-        return None if failed else tuple(value)
+        return (nan,) * 3 if failed else tuple(value)
 
     def inner_forces(self):
         """The largest force [N] on an inner node of each line; 0 if it has none."""
@@ -565,7 +586,7 @@ def console_kept():
 
 
 class Console:
-    """What was written to file descriptors 1 and 2: `text`, once they are free again."""
+    """Keeper of what was written to file descriptors 1 and 2: `text`, once they are free."""
 
     text = ""
 

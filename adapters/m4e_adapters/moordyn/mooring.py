@@ -86,15 +86,16 @@ class Mooring:
 
     `text` is a MoorDyn v2 input file, one row a line; `files` are what it names; `fairleads` and
     `lines` are in its order. `ends` has of each coupled object 1 for a point or 2 for a rod, whose
-    ends are two fairleads, and `axes` the direction of a rod as drawn; empty: points only.
-    `time_step` [s] is the longest internal step of `scheme`. `net` describes points and lines for
-    their static equilibrium (see `rest.net_at`; JSON values), None where only MoorDyn can look for
-    it; `at_rest` says whether lines start there. `bed` is z [m] of the seabed. `drawn` are the
-    fairleads where a ready file has them, to be compared with where they start; `notes` say what in
-    a ready file is taken otherwise than it stands there. `winches` are numbers of the lines whose
-    length is set. `sea` is None if the water is not moved from outside. `fastest` [m/s] is the
-    speed of the water up to which the internal step is stable. `no_way_back` says why the state
-    cannot be saved and restored; empty where it can.
+    ends are two fairleads, and `axes` the direction of a rod as drawn; empty: points only. `inert`:
+    coupled objects have masses of their own; `moving`: `text` moves the water. `time_step` [s] is
+    the longest internal step of `scheme`. `net` describes points and lines for their static
+    equilibrium (see `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest`
+    says whether lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a
+    ready file has them, to be compared with where they start; `notes` say what in a ready file is
+    taken otherwise than it stands there. `winches` are numbers of the lines whose length is set.
+    `sea` is None if the water is not moved from outside. `fastest` [m/s] is the speed of the water
+    up to which the internal step is stable. `no_way_back` says why the state cannot be saved and
+    restored; empty where it can.
     """
 
     text: str
@@ -109,6 +110,7 @@ class Mooring:
     ends: tuple[int, ...] = ()
     axes: tuple[tuple[float, float, float], ...] = ()
     inert: bool = False
+    moving: bool = False
     winches: tuple[int, ...] = ()
     failures: tuple[Failure, ...] = ()
     drawn: tuple[Fairlead, ...] = ()
@@ -134,6 +136,7 @@ class Mooring:
             "ends": list(self.ends),
             "axes": [list(axis) for axis in self.axes],
             "inert": self.inert,
+            "moving": self.moving,
             "winches": list(self.winches),
             "failures": [
                 (failure.ends, failure.time, failure.tension) for failure in self.failures

@@ -57,6 +57,8 @@ def _build(
     )
     for text in _doubts(mooring):
         progress(f"warning: {text}")
+    if mooring.no_way_back:
+        progress(f"note: it cannot go back to an earlier state: {mooring.no_way_back}")
     here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent
     system = {
         **mooring.described(),
@@ -66,7 +68,10 @@ def _build(
     }
     source = PythonSource(
         description=ModelDescription(
-            name, f"mooring lines {', '.join(mooring.lines)} by MoorDyn", _variables(mooring)
+            name,
+            f"mooring lines {', '.join(mooring.lines)} by MoorDyn",
+            _variables(mooring),
+            goes_back=not mooring.no_way_back,
         ),
         slave="slave:MooringSlave",
         modules={

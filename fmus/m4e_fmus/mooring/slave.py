@@ -21,14 +21,28 @@ class MooringSlave(M4eSlave):
         super().__init__(**kwargs)
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
-        self._fairleads, self._line_names = system["names"], system["lines"]
-        self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
+        self._line_names = system["lines"]
+        axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
+        self._motion, self._speed, self._forces = (
+            [[self.index[f"{name}.{kind}{axis}"] for axis in axes] for name, axes in pairs]
+            for kind, pairs in (
+                (kind, list(zip(system["names"], axes, strict=True)))
+                for kind in ("", "v", "force_")
+            )
+        )
+        self._tensions = [
+            [self.index[f"{name}.{end}_tension"] for name in self._line_names]
+            for end in ("fairlead", "anchor")
+        ]
         self._water, self._of_water, self._values_of_water = None, [], []
         nodes, names = system.pop("nodes"), system.pop("files")
         self._parting = {
             self.index[f"{line}.parted"]: failure for line, failure in system.pop("parting").items()
         }
-        self._winches = [self._line_names[line] for line in system["winches"]]
+        self._winches = [
+            [self.index[f"{self._line_names[line]}.{kind}"] for line in system["winches"]]
+            for kind in ("length", "length_rate")
+        ]
         self._lines = LineSystem(
             text,
             course=self._moving_water(),
@@ -81,21 +95,19 @@ class MooringSlave(M4eSlave):
                 "and current in their sections, and build anew, or give a shorter solver.time_step"
             )
 
-    def _of_fairleads(self, kind):
-        """The inputs of this kind, "" for places and "v" for velocities, of each fairlead."""
-        return [
-            tuple(self.values[self.index[f"{name}.{kind}{axis}"]] for axis in axes)
-            for name, axes in zip(self._fairleads, self._axes, strict=True)
-        ]
-
     def initialise(self):
         """Start the lines, unless they have started with the same motion and waves."""
-        motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        given = (*motion, self._set_water(), self._of_winches("length"))
-        if given != self._started_with:
-            self._lines.start(*motion, self.time, self._of_winches("length"))
-            self._started_with = given
+        given = (self._taken(self._motion), self._taken(self._speed), self._set_water())
+        lengths = self._taken(self._winches)[0]
+        if (*given, lengths) != self._started_with:
+            self._lines.start(*given[:2], self.time, lengths)
+            self._started_with = (*given, lengths)
             self._warn(self._lines.warnings)
+
+    def _taken(self, places):
+        """The values of variables, by groups of value references."""
+        values = self.values
+        return [[values[k] for k in group] for group in places]
 
     def _warn(self, texts):
         for text in texts:
@@ -104,34 +116,24 @@ class MooringSlave(M4eSlave):
     def step(self, t, h):
         """Advance from t over h [s]."""
         self._set_water()
-        winch = zip(self._of_winches("length"), self._of_winches("length_rate"), strict=True)
-        self._lines.advance(
-            t,
-            h,
-            self._of_fairleads(""),
-            self._of_fairleads("v"),
-            [x for pair in winch for x in pair],
-        )
-
-    def _of_winches(self, kind):
-        """The inputs of this kind of each line with a winch."""
-        return [self.values[self.index[f"{line}.{kind}"]] for line in self._winches]
+        winch = [x for pair in zip(*self._taken(self._winches), strict=True) for x in pair]
+        self._lines.advance(t, h, self._taken(self._motion), self._taken(self._speed), winch)
 
     def update(self):
         """Set the outputs for the present inputs."""
         for place, failure in self._parting.items():
             if self.values[place]:
                 self._lines.part(failure)
-        self._lines.settle(self._of_fairleads("v"))
+        self._lines.settle(self._taken(self._speed))
         self._warn(self._lines.overstretched() + self._lines.surfaced())
-        force = self._lines.force
-        tensions = self._lines.fairlead_tension, self._lines.anchor_tension
-        for name, axes, parts in zip(self._fairleads, self._axes, force, strict=True):
-            for axis, part in zip(axes, parts, strict=True):
-                self.values[self.index[f"{name}.force_{axis}"]] = part
-        for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
-            for name, tension in zip(self._line_names, values, strict=True):
-                self.values[self.index[f"{name}.{end}"]] = tension
+        lines, values = self._lines, self.values
+        for places, found in zip(self._forces, lines.force, strict=True):
+            for place, part in zip(places, found, strict=True):
+                values[place] = part
+        tensions = lines.fairlead_tension, lines.anchor_tension
+        for places, found in zip(self._tensions, tensions, strict=True):
+            for place, tension in zip(places, found, strict=True):
+                values[place] = tension
         self._nodes_known = False
 
     def get_real(self, vrs):

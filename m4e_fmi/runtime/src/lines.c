@@ -24,7 +24,21 @@ static double *given(const m4e_lines *l) { return of_fairleads(l, 2); }
 static double *force(const m4e_lines *l) { return of_fairleads(l, 3); }
 static double *stage_force(const m4e_lines *l) { return of_fairleads(l, 4); }
 static double *end_force(const m4e_lines *l) { return of_fairleads(l, 5); }
-static double *length(const m4e_lines *l) { return end_force(l) + (size_t)6 * l->lines; }
+static double *end_place(const m4e_lines *l) { return end_force(l) + (size_t)6 * l->lines; }
+static double *length(const m4e_lines *l) { return end_place(l) + (size_t)6 * l->lines; }
+
+/* x, y, z of all fairleads in `work`, of what was given: `y` is 1 for places, 0 for velocities. */
+static const double *expanded(const m4e_lines *l, const double *compact, int y) {
+    const size_t n = 3 * (size_t)l->fairleads;
+    double *result = l->work + (9 + (size_t)y) * n;
+    for (size_t i = 0; i < n; i += 3) {
+        const double fixed = l->fixed[i / 3];
+        result[i] = *compact++;
+        result[i + 1] = isnan(fixed) ? *compact++ : y ? fixed : 0;
+        result[i + 2] = *compact++;
+    }
+    return result;
+}
 
 static void cross(const double *a, const double *b, double *result) {
     result[0] = a[1] * b[2] - a[2] * b[1];
@@ -94,10 +108,11 @@ static int call(m4e_lines *l, const double *at, const double *v, double h, doubl
     if (l->step(l->system, x, xd, f, &t, &h) != 0) return M4E_LINES_FAILED;
     for (size_t i = 0; i < count; i++)
         if (!isfinite(f[i])) return M4E_LINES_NOT_FINITE;
-    for (uint32_t i = 0; i < l->lines; i++)
+    /* where water moves, a place that is not a number would end the process in the next call; asked
+       for it, MoorDyn answers an error */
+    for (uint32_t i = 0; l->moving && i < l->lines; i++)
         for (uint32_t node = 1; node < l->segments[i]; node++) {
             double r[3];
-            /* MoorDyn answers an error where a place is not a number */
             if (l->node_position(l->line[i], node, r) != 0) return M4E_LINES_NOT_FINITE;
         }
     n = 0;
@@ -123,8 +138,10 @@ static void move_water(m4e_lines *l, double s) {
 
 static int read_ends(m4e_lines *l) {
     for (uint32_t i = 0; i < l->lines; i++)
-        for (uint32_t end = 0; end < 2; end++)
+        for (uint32_t end = 0; end < 2; end++) {
             l->node_force(l->line[i], end * l->segments[i], end_force(l) + 6 * i + 3 * end);
+            l->node_position(l->line[i], end * l->segments[i], end_place(l) + 6 * i + 3 * end);
+        }
     return 0;
 }
 
@@ -142,7 +159,8 @@ int m4e_lines_evaluate(m4e_lines *l, const double *u) {
     return failed ? failed : read_ends(l);
 }
 
-int m4e_lines_settle(m4e_lines *l, const double *u) {
+int m4e_lines_settle(m4e_lines *l, const double *compact) {
+    const double *u = expanded(l, compact, 0);
     const size_t size = 3 * l->fairleads * sizeof *u;
     if (memcmp(given(l), u, size) == 0) return 0;
     memcpy(velocity(l), u, size);
@@ -151,8 +169,9 @@ int m4e_lines_settle(m4e_lines *l, const double *u) {
     return l->inert ? 0 : m4e_lines_evaluate(l, u);
 }
 
-int m4e_lines_advance(m4e_lines *l, double t, double h, const double *at, const double *u,
+int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, const double *speed,
                       const double *winch) {
+    const double *at = expanded(l, place, 1), *u = expanded(l, speed, 0);
     const size_t n = 3 * (size_t)l->fairleads;
     double *start = l->work + 4 * n, *end = start + n, *chord = end + n, *mean = chord + n,
            *bend = mean + n;

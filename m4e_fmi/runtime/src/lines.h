@@ -1,5 +1,6 @@
 /* Mooring lines of MoorDyn, whose functions come by their addresses; see lines.c. SI units, world
-   frame, x, y, z of one fairlead after the other. */
+   frame, x, y, z of one fairlead after the other; positions and velocities that are given have no y where
+   it is fixed. */
 #ifndef LINES_H
 #define LINES_H
 
@@ -8,7 +9,7 @@
 /* Numbers of `state` before those of fairleads: time, length of an evaluating call, time since
    `velocity` was that of the fairleads. Then of each fairlead position, velocity, velocity that
    was set last, force, force of the last stage; of each line the forces of its ends A and B on what
-   holds them; of each winch the length. */
+   holds them, and their places; of each winch the length. */
 #define M4E_LINES_CLOCK 3
 
 enum { M4E_LINES_FAILED = 1, M4E_LINES_NOT_FINITE = 2, M4E_LINES_NO_WATER = 3 };
@@ -27,15 +28,17 @@ typedef struct {
     const uint32_t *segments;
     const uint32_t *ends; /* of each coupled object: 1 for a point, 2 for the ends of a rod */
     const double *axes;   /* of each coupled object: the direction of a rod as drawn */
+    const double *fixed;  /* of each fairlead: its y, or nan where it moves in space */
     const uint32_t *winch; /* numbers of the lines whose length is set */
     uint32_t lines, fairleads, objects, winches, nodes;
     int32_t inert;     /* coupled objects have masses of their own */
+    int32_t moving;    /* the water moves */
     double longest;    /* internal step [s] */
     double interval;   /* [s] at which the water is sampled, at most */
     double lag;        /* internal steps from the last stage to the end of a step */
     double *water; /* velocity, acceleration of all nodes: at the begin, in the middle, at the end
                       of an interval, and now; NULL: the water is not moved from outside */
-    double *state, *work; /* work: 27 numbers a fairlead */
+    double *state, *work; /* work: 33 numbers a fairlead */
 } m4e_lines;
 
 /* Forces of fairleads with this velocity where they are, by a vanishing call. */
