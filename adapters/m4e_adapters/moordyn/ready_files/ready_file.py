@@ -93,6 +93,10 @@ def ready_mooring(
     moved = list(attached.coupled())
     points = _fairleads(file, moved, fairleads)
     failures = tuple(_failure(file, row) for row in file.rows("failure"))
+    inert = len(moved) > sum(row in file.rows("points") for row, _ in moved)
+    if failures and inert:
+        remedy = "let points of the body hold the lines"
+        file.wrong(file.rows("failure")[0], "lines of coupled rods and pins do not fail", remedy)
     InputError.raise_for(file.problems)
     around = sea(file.depth, file.option("g", WATER["g"]))
     segments = _segments(file, attached, named, speed=SPEED + (around.speed if around else 0.0))
@@ -124,7 +128,8 @@ def ready_mooring(
         files=named.contents,
         ends=tuple(len(places) for _, places in moved),
         axes=tuple(_axis(places) for _, places in moved),
-        inert=len(moved) > sum(row in file.rows("points") for row, _ in moved),
+        inert=inert,
+        moving=file.option("wavekin", 0.0) > 1 or file.option("currents", 0.0) > 0,
         failures=failures,
         no_way_back=lost,
     )
