@@ -133,6 +133,12 @@ class LineSystem:
         self._bed, self._net, self._at_rest = bed, net, at_rest
         self._drawn, self._notes = drawn, list(notes)
         self._winches, self._failures = winches, failures
+        self._buoyant = {
+            point: (line, end)
+            for line, one in enumerate(net["lines"] if net else ())
+            for end, point in enumerate(one["ends"])
+            if net["points"][point].get("buoyancy") and net["points"][point]["force"] is not None
+        }  # free points, and an end there
         self._falling = any(time is not None or limit is not None for _, time, limit in failures)
         self.parted = []
         self.warnings = []
@@ -164,21 +170,24 @@ class LineSystem:
         at = 6 * line + 3 * end
         return tuple(self._moordyn.end_force[at : at + 3])
 
+    def tensions(self):
+        """Magnitudes [N] of the forces at ends A, and at ends B, of the lines."""
+        if self.parted:
+            ends = [[self.end_force(k, end) for k in range(len(self._names))] for end in (0, 1)]
+        else:
+            force = self._moordyn.end_force[:]
+            ends = [[force[k : k + 3] for k in range(3 * end, len(force), 6)] for end in (0, 1)]
+        return [[hypot(*force) for force in of_end] for of_end in ends]
+
     @property
     def anchor_tension(self):
         """Magnitude [N] of the force at end A of each line."""
-        return self._tensions(0)
+        return self.tensions()[0]
 
     @property
     def fairlead_tension(self):
         """Magnitude [N] of the force at end B of each line."""
-        return self._tensions(1)
-
-    def _tensions(self, end):
-        if self.parted:
-            return [hypot(*self.end_force(k, end)) for k in range(len(self._names))]
-        force = self._moordyn.end_force[3 * end :]
-        return [hypot(*force[k : k + 3]) for k in range(0, len(force), 6)]
+        return self.tensions()[1]
 
     def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
@@ -319,13 +328,14 @@ class LineSystem:
 
     def surfaced(self):
         """A text for each buoyant free point that came above the water since the last call."""
-        points = [] if self._net is None else self._net["points"]
-        heights = {}
-        for k, line in enumerate([] if self._net is None else self._net["lines"]):
-            for end, point in enumerate(line["ends"]):
-                if points[point]["force"] is not None and (k, end) not in self._gone():
-                    heights[point] = self._moordyn.end_place[6 * k + 3 * end + 2]
-        found = above_water(points, heights)
+        if not self._buoyant:
+            return []
+        heights = {
+            point: self._moordyn.end_place[6 * line + 3 * end + 2]
+            for point, (line, end) in self._buoyant.items()
+            if (line, end) not in self._gone()
+        }
+        found = above_water(self._net["points"], heights)
         texts = [text for k, text in found.items() if k not in self._surfaced]
         self._surfaced = set(found)
         return texts

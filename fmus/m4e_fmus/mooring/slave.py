@@ -2,6 +2,7 @@
 
 import json
 import sys
+from itertools import chain
 
 from pythonfmu.enums import Fmi2Status
 
@@ -23,16 +24,20 @@ class MooringSlave(M4eSlave):
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._line_names = system["lines"]
         axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
-        self._motion, self._speed, self._forces = (
+        self._motion, self._speed, forces = (
             [[self.index[f"{name}.{kind}{axis}"] for axis in axes] for name, axes in pairs]
             for kind, pairs in (
                 (kind, list(zip(system["names"], axes, strict=True)))
                 for kind in ("", "v", "force_")
             )
         )
-        self._tensions = [
-            [self.index[f"{name}.{end}_tension"] for name in self._line_names]
-            for end in ("fairlead", "anchor")
+        self._outputs = [
+            *chain(*forces),
+            *(
+                self.index[f"{name}.{end}_tension"]
+                for end in ("anchor", "fairlead")
+                for name in self._line_names
+            ),
         ]
         self._water, self._of_water, self._values_of_water = None, [], []
         nodes, names = system.pop("nodes"), system.pop("files")
@@ -118,6 +123,7 @@ class MooringSlave(M4eSlave):
         self._set_water()
         winch = [x for pair in zip(*self._taken(self._winches), strict=True) for x in pair]
         self._lines.advance(t, h, self._taken(self._motion), self._taken(self._speed), winch)
+        self._warn(self._lines.overstretched() + self._lines.surfaced())
 
     def update(self):
         """Set the outputs for the present inputs."""
@@ -125,15 +131,9 @@ class MooringSlave(M4eSlave):
             if self.values[place]:
                 self._lines.part(failure)
         self._lines.settle(self._taken(self._speed))
-        self._warn(self._lines.overstretched() + self._lines.surfaced())
-        lines, values = self._lines, self.values
-        for places, found in zip(self._forces, lines.force, strict=True):
-            for place, part in zip(places, found, strict=True):
-                values[place] = part
-        tensions = lines.fairlead_tension, lines.anchor_tension
-        for places, found in zip(self._tensions, tensions, strict=True):
-            for place, tension in zip(places, found, strict=True):
-                values[place] = tension
+        values, tensions = self.values, self._lines.tensions()
+        for place, found in zip(self._outputs, chain(*self._lines.force, *tensions), strict=True):
+            values[place] = found
         self._nodes_known = False
 
     def get_real(self, vrs):
