@@ -34,6 +34,7 @@ WATER: dict[str, dict[int, tuple[str, ...]]] = {
 }
 """Files of the water by option and its value; MoorDyn takes other values for still water."""
 CURVES = (3, 4, 5)  # words of a line type: EA, BA, EI
+DAMPING = 4
 SYROPE = "SYROPE:"  # of an EA before the name of its file
 HEADING = 3  # lines of a curve before its rows
 READ_AS_NUMBER = re.compile(r"[+-]?(\.?\d|inf|nan)", re.IGNORECASE)  # the start of a word
@@ -77,6 +78,9 @@ class NamedFiles:
             name = first.removeprefix(SYROPE)
             if READ_AS_NUMBER.match(name):
                 continue
+            if k == DAMPING:  # it divides by the rate of stretching
+                message = "MoorDyn fails with a curve of damping BA where a line does not move"
+                self.file.wrong(row, message, "give one number", k)
             name = self._take(row, k, name)
             if first.startswith(SYROPE):
                 words[k] = "|".join((SYROPE + self._working_curve(row, k, name), *more))
@@ -88,7 +92,8 @@ class NamedFiles:
         """The name here of the file that a word of `row` names; its content is in `contents`."""
         for folder in folders or (self.file.path.parent,):
             try:
-                content = read_bytes(folder / name, largest=LARGEST_LINE_FILE)
+                # MoorDyn refuses a curve with a line that is empty
+                content = read_bytes(folder / name, largest=LARGEST_LINE_FILE).rstrip()
             except TooLongError as error:
                 self.file.wrong(row, f"{name} {error}", "shorten it", k)
             except (OSError, ValueError):
