@@ -99,7 +99,7 @@ def by_adapter(made: Mooring, case: Case) -> np.ndarray:
     lines.start([tuple(p) for p in start], [(0.0, 0.0, 0.0)] * len(start))
     found, h = [], case.step
     count = round(UNTIL / h)
-    again = count - 10
+    again, saved = count - 10, {}
     for k in [*range(count), *range(again, count)]:
         if k == again:
             if len(found) == count:
