@@ -149,15 +149,13 @@ def check(file: ReadFile, named: NamedFiles) -> None:
         for row in file.rows(section):
             _check_numbers(file, section, row)
     for section in ("line types", "rod types"):
-        names: set[str] = set()
-        for row in file.rows(section):
-            if row.words[0] in names:
+        names = [row.words[0] for row in file.rows(section)]
+        for k, row in enumerate(file.rows(section)):
+            if row.words[0] in names[:k]:
                 file.wrong(row, f"the type {row.words[0]!r} is given twice", "rename one of them")
-            names.add(row.words[0])
-    for section in ("control", "external loads"):
-        for row in file.rows(section):
-            message = f"{section.upper()} is a section of MoorDyn-F, which MoorDyn-C does not know"
-            file.wrong(row, message, "remove the section")
+    for row in (*file.rows("control"), *file.rows("external loads")):
+        message = "only MoorDyn-F has a section CONTROL or EXTERNAL LOADS"
+        file.wrong(row, message, "remove the section")
     if not file.problems:
         _check_by_moordyn(file, named)
     _check_options(file)
@@ -239,18 +237,15 @@ def _check_options(file: ReadFile) -> None:
             remedy = suggestion(name.lower(), {*OPTIONS, *WORDS}, "options")
             file.wrong(row, f"unknown or unsupported option {name!r}", remedy, 1)
         last = file.options[key]
-        if last.words[0] != value and name.lower() in FRICTION:
-            message = f"MoorDyn-C has one friction coefficient: line {last.line} gives another"
-            file.wrong(row, message, f"give {' and '.join(FRICTION)} the same value")
-        elif last.words[0] != value and last.line != row.line:
+        if last.words[0] != value and last.line != row.line:
             goes = " ".join(last.words[1::-1])
             file.notes.append(f"{goes} (line {last.line}) goes before {name} {value} of the file")
     friction = [r for r in file.rows("options") if "".join(r.words[1:2]).lower() in FRICTION]
-    if len(friction) == 1 and file.option("frictioncoefficient", 0.0) != 0:
+    if (len(friction) % 2 and any(r.words[0].strip("0.") for r in friction)) or (
+        len({row.words[0] for row in friction}) > 1
+    ):
         message = "MoorDyn-C has one friction coefficient, along the line and across"
-        file.wrong(
-            friction[0], message, f"give both {' and '.join(FRICTION)}, or FrictionCoefficient"
-        )
+        file.wrong(friction[-1], message, f"give both {' and '.join(FRICTION)}, the same")
     unknown = [" ".join(file.options[key].words[1::-1]) for key in ELSEWHERE if key in file.options]
     if unknown:
         still = ", so that the water is still without `waves` of the component"

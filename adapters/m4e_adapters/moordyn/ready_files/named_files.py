@@ -8,7 +8,7 @@ Seafloor.cpp; the MoorDyn documentation, "Inputs".
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -54,84 +54,77 @@ class NamedFiles:
 
     def __post_init__(self) -> None:
         for option, files in WATER.items():
-            row = self.file.options.get(option)
-            value = self.file.option(option, 0.0)
+            row, value = self.file.options.get(option), self.file.option(option, 0.0)
             if row and value not in files:
-                message = (
-                    f"{row.words[1]} {row.words[0]} is not one of {', '.join(map(str, files))}"
-                )
-                self.file.wrong(row, message, "MoorDyn would leave the water still", 0)
+                message = f"MoorDyn leaves the water still with {row.words[1]} {row.words[0]}"
+                self.file.wrong(row, message, f"use one of {', '.join(map(str, files))}", 0)
             for name in files.get(int(value), ()) if row else ():
                 self._take(row, 0, name)
         row = self.file.options.get("seafloorfile")
         if row:  # MoorDyn looks in the folder that a program runs in
-            name = self._take(row, 0, row.words[0], folders=self.file.path.absolute().parents)
+            name = self._take(row, 0, row.words[0], self.file.path.absolute().parents)
             self.file.options["seafloorfile"] = replace(row, words=(name, *row.words[1:]))
-        rows = self.file.rows("line types")
-        self.file.tables["line types"] = tuple(map(self._line_type, rows))
+        self.file.tables["line types"] = tuple(
+            replace(row, words=tuple(self._line_type(row))) for row in self.file.rows("line types")
+        )
 
-    def _line_type(self, row: Row) -> Row:
-        """The same line type with the names that its files have here."""
-        words = list(row.words)
-        for k in CURVES:
-            first, *more = words[k].split("|") if k < len(words) else ("0",)
+    def _line_type(self, row: Row) -> Iterator[str]:
+        """The words of a line type with the names that its files have here."""
+        for k, word in enumerate(row.words):
+            first, *more = word.split("|")
             name = first.removeprefix(SYROPE)
-            if READ_AS_NUMBER.match(name):
-                continue
-            if k == DAMPING:  # it divides by the rate of stretching
-                message = "MoorDyn fails with a curve of damping BA where a line does not move"
-                self.file.wrong(row, message, "give one number", k)
-            name = self._take(row, k, name)
-            if first.startswith(SYROPE):
-                words[k] = "|".join((SYROPE + self._working_curve(row, k, name), *more))
-            else:
-                words[k] = "|".join((self._curve(row, k, name), *more))
-        return replace(row, words=tuple(words))
+            if k in CURVES and not READ_AS_NUMBER.match(name):
+                here = self._take(row, k, name)
+                if first == name:
+                    self._read_curve(row, k, here)
+                else:
+                    self._read_working_curve(row, k, here)
+                word = "|".join((first.removesuffix(name) + here, *more))
+            yield word
 
     def _take(self, row: Row, k: int, name: str, folders: Iterable[Path] = ()) -> str:
         """The name here of the file that a word of `row` names; its content is in `contents`."""
-        for folder in folders or (self.file.path.parent,):
-            try:
-                # MoorDyn refuses a curve with a line that is empty
-                content = read_bytes(folder / name, largest=LARGEST_LINE_FILE).rstrip()
-            except TooLongError as error:
-                self.file.wrong(row, f"{name} {error}", "shorten it", k)
-            except (OSError, ValueError):
-                continue
-            else:
-                here = Path(name).name
-                while here == OWN or self.contents.get(here, content) != content:
-                    here = f"_{here}"
-                self.contents[here] = content
-                return here
-        message = f"the file {name!r} is not beside {self.file.path.name}"
-        self.file.wrong(row, message, "put it there", k)
-        return name
-
-    def _curve(self, row: Row, k: int, name: str) -> str:
-        """Note what is wrong with a curve, of (x, y) row by row from 0 on; its name."""
-        lines = self._lines(name)[HEADING:] if name in self.contents else ["0 0", "1 0"]
+        places = [folder / name for folder in (self.file.path.parent, *folders)]
+        path = next(filter(Path.is_file, places), places[0])
         try:
-            rows = [tuple(map(float, line.split()[:2])) for line in lines if line.strip()]
+            # MoorDyn refuses a curve with a line that is empty
+            content = read_bytes(path, largest=LARGEST_LINE_FILE).rstrip()
+        except (OSError, ValueError, TooLongError):
+            message = f"the file {name!r} cannot be read"
+            self.file.wrong(row, message, f"put it beside {self.file.path.name}", k)
+            return name
+        here = path.name
+        while here == OWN or self.contents.get(here, content) != content:
+            here = f"_{here}"
+        self.contents[here] = content
+        return here
+
+    def _read_curve(self, row: Row, k: int, name: str) -> None:
+        """Note the slopes of a curve, of (x, y) row by row, or what is wrong with it."""
+        try:
+            lines = self._lines(name)[HEADING:]
+            rows = [tuple(map(float, line.split()[:2])) for line in lines]
             slopes = [(y - b) / (x - a) for (a, b), (x, y) in pairwise(rows)]
             self.curves[name] = max(slopes), max(y for _, y in rows)
-            if rows != sorted(rows):
-                raise ValueError
+            fits = rows == sorted(rows) and k != DAMPING
         except (ValueError, ZeroDivisionError):
-            message = f"{name} is not a table of two columns of numbers, the first ascending"
-            self.file.wrong(row, message, f"below {HEADING} lines of heading", k)
-        return name
+            fits = False
+        if not fits and name in self.contents:
+            message = f"{name} is not two columns of numbers, the first ascending"
+            if k == DAMPING:  # it divides by the rate of stretching
+                message = "MoorDyn fails with a curve of damping BA where a line does not move"
+            self.file.wrong(row, message, "give one number, or mend the file", k)
 
-    def _working_curve(self, row: Row, k: int, name: str) -> str:
-        """The file of the Syrope model with the name that its curve has here; its own name."""
+    def _read_working_curve(self, row: Row, k: int, name: str) -> None:
+        """Take the curve that a file of the Syrope model names, and let it name the one here."""
         lines = self._lines(name)
         for n, words in enumerate(map(str.split, lines)):
-            if len(words) > 1 and words[1].lower() == "owc":
-                curve = self._curve(row, k, self._take(row, k, words[0]))
+            if "".join(words[1:2]).lower() == "owc":
+                curve = self._take(row, k, words[0])
+                self._read_curve(row, k, curve)
                 lines[n] = f"{curve} OWC"
-                self.contents[name] = "\n".join([*lines, ""]).encode()
+                self.contents[name] = "\n".join(lines).encode()
                 self.curves[name] = self.curves.get(curve, (0.0, 0.0))
-        return name
 
     def _lines(self, name: str) -> list[str]:
         return self.contents.get(name, b"").decode("latin-1").splitlines()

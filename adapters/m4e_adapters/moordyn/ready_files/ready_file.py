@@ -62,7 +62,6 @@ REPLACED = {"cfl", "writeunits", "dtout", "fileic", *ELSEWHERE}
 """Options that have no effect or are answered otherwise."""
 FREE_STEP = 0.01  # [s] internal step of bodies and rods without lines
 LIFT = 10  # word of a line type: its lift coefficient
-FAILURE_WORDS = 5
 
 
 def ready_mooring(
@@ -102,12 +101,11 @@ def ready_mooring(
     segments = _segments(file, attached, named, speed=SPEED + (around.speed if around else 0.0))
     moving = _with_moving_nodes(file, attached, segments)
     scheme, step = _integration(file, moving)
-    lost = _no_way_back(file)
-    _note(file, around, lost)
+    _note(file, around)
     InputError.raise_for(file.problems)
-    plain = not (named.curves or {"seafloorfile"} & file.options.keys())
-    plain &= file.option("currents", 0.0) == 0 and bool(segments) and attached.simple()
-    plain &= all(number(word) for row in file.rows("line types") for word in row.words[3:6])
+    ropes = [word for row in file.rows("line types") for word in row.words[3:6]]
+    level = file.option("currents", 0.0) == 0 and "seafloorfile" not in file.options
+    plain = level and bool(segments) and attached.simple() and all(map(number, ropes))
     net = _net(file, attached, segments) if plain else None
     integration = [(repr(step), "dtM"), (scheme, "tScheme")]
     if around:
@@ -131,7 +129,7 @@ def ready_mooring(
         inert=inert,
         moving=file.option("wavekin", 0.0) > 1 or file.option("currents", 0.0) > 0,
         failures=failures,
-        no_way_back=lost,
+        no_way_back=_no_way_back(file),
     )
 
 
@@ -167,17 +165,15 @@ def _axis(places: tuple[Place, ...]) -> Place:
 
 def _failure(file: ReadFile, row: Row) -> Failure:
     """A failure, of which a time or tension of 0 is never; unknown lines are problems."""
-    if len(row.words) < FAILURE_WORDS:
-        file.wrong(row, f"a failure has {FAILURE_WORDS} columns", "give time and tension, or 0")
-        return Failure(())
-    point, ends = end_name(row.words[1]), []
+    _, point, names, time, tension = (*row.words[:5], *["0"] * (5 - len(row.words)))
+    ends: list[tuple[int, int]] = []
     lines = {line.words[0]: (k, ends_of(line)) for k, line in enumerate(file.rows("lines"))}
-    for name in row.words[2].split(","):
+    for name in names.split(","):
         k, at = lines.get(name, (0, []))
-        ends += [(k, end) for end, where in enumerate(at) if where == point]
-        if point not in at:
-            file.wrong(row, f"line {name} does not end at {row.words[1]}", "name one that does", 2)
-    return Failure(tuple(ends), *(float(word) or None for word in row.words[3:5]))
+        ends += [(k, end) for end, where in enumerate(at) if where == end_name(point)]
+        if end_name(point) not in at:
+            file.wrong(row, f"line {name} does not end at {point}", "name one that does")
+    return Failure(tuple(ends), float(time) or None, float(tension) or None)
 
 
 def _integration(file: ReadFile, segments: dict[str, Segment]) -> tuple[str, float]:
@@ -222,7 +218,7 @@ def _no_way_back(file: ReadFile) -> str:
     return ""
 
 
-def _note(file: ReadFile, around: Sea | None, lost: str) -> None:
+def _note(file: ReadFile, around: Sea | None) -> None:
     """Note what is not as the file says, or needs to be known."""
     waves, currents = (file.option(key, 0.0) for key in ("wavekin", "currents"))
     if around and (waves > 1 or currents):
@@ -241,8 +237,6 @@ def _note(file: ReadFile, around: Sea | None, lost: str) -> None:
         file.notes.append(
             f"the initial state {row.words[0]} of the file is not used: lines start at rest"
         )
-    if lost:
-        file.notes.append(f"this FMU cannot go back in time: {lost}")
 
 
 def _segments(
