@@ -55,10 +55,12 @@ class NamedFiles:
     def __post_init__(self) -> None:
         for option, files in WATER.items():
             row, value = self.file.options.get(option), self.file.option(option, 0.0)
-            if row and value not in files:
+            if row is None:
+                continue
+            if value not in files:
                 message = f"MoorDyn leaves the water still with {row.words[1]} {row.words[0]}"
                 self.file.wrong(row, message, f"use one of {', '.join(map(str, files))}", 0)
-            for name in files.get(int(value), ()) if row else ():
+            for name in files.get(int(value), ()):
                 self._take(row, 0, name)
         row = self.file.options.get("seafloorfile")
         if row:  # MoorDyn looks in the folder that a program runs in
