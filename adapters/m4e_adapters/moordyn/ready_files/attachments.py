@@ -76,7 +76,7 @@ class Attachments:
         return bool(body[2]) if body else _kind(row, 2) in PINNED
 
     def coupled(self) -> Iterator[tuple[Row, tuple[Place, ...]]]:
-        """Moved rows in the order of MoorDyn, and the places of their fairleads [m], world frame."""
+        """Moved rows in the order of MoorDyn, with the places of their fairleads [m]."""
         for row in self.bodies.values():
             if _kind(row) in PINNED:
                 x, y, z = map(float, row.words[2:5])
