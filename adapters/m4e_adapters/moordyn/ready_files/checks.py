@@ -143,7 +143,7 @@ def check(file: ReadFile, named: NamedFiles) -> None:
         file.wrong(row, message, remedy)
     for row in file.strange:
         message = "the section of this row is unknown, or there a second time"
-        known = ", ".join(f"'--- {name.upper()} ---'" for name in (*TABLES, "failure", "options"))
+        known = ", ".join((*TABLES, "failure", "options")).upper()
         file.wrong(row, message, f"MoorDyn would leave it out; sections are {known}")
     for section in (*TABLES, "failure"):
         for row in file.rows(section):
