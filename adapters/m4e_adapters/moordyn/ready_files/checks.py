@@ -197,9 +197,10 @@ def _check_numbers(file: ReadFile, section: str, row: Row) -> None:
         word = row.words[k] if k < len(row.words) else ""
         values = word.split("|") if (section, k) in SEVERAL else [word]
         whole = SEGMENTS.get(section) == k
+        curve = section == "line types" and k in CURVES
         for n, value in enumerate(values if word else ()):
             limits = (min(least, 0.0) if n else least, largest)
-            if section != "line types" or READ_AS_NUMBER.match(value.removeprefix(SYROPE)):
+            if n or not curve or READ_AS_NUMBER.match(value.removeprefix(SYROPE)):
                 _check_number(file, row, k, name, value, limits, whole=whole)
 
 
