@@ -63,7 +63,7 @@ def test_a_platform_that_loses_a_chain_is_drawn_away_by_the_others(tmp_path: Pat
     after = found.time > 1.0
     assert np.all(found["mooring.line_2.fairlead_tension"][after] == 0.0)
     assert np.all(found["mooring.line_2.anchor_tension"][after] > 0.0)
-    pull = sum(found[f"mooring.f{k}.force_x"] for k in (1, 2, 3))
+    pull = np.sum([found[f"mooring.f{k}.force_x"] for k in (1, 2, 3)], axis=0)
     assert pull[0] == pytest.approx(0.0, abs=1e-3 * PUBLISHED)
     assert pull[after] == pytest.approx(-found["mooring.f2.force_x"][0], rel=1e-2)
     assert np.all(np.diff(found["semi.body.platform.vx"][after]) > 0.0)

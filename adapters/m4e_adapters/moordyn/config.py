@@ -123,12 +123,13 @@ class Seabed(Section):
 
 
 class Solver(Section):
-    """MoorDyn's internal integration; without `time_step` [s] a stable one is chosen.
+    """MoorDyn's internal integration: `time_step` [s] is the longest step, of `scheme`.
 
-    RK2 is the cheaper one for damped lines, RK4 for lines without axial damping.
+    Steps are shortened where a line needs it. Without `scheme` the cheaper one is taken: RK2 for
+    damped lines, RK4 for lines without axial damping.
     """
 
-    scheme: Literal["RK2", "RK4"] = "RK2"
+    scheme: Literal["RK2", "RK4"] | None = None
     time_step: Annotated[float, Field(ge=SHORTEST, allow_inf_nan=False)] | None = None
 
 

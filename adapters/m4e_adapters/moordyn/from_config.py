@@ -14,12 +14,12 @@ from m4e_adapters.moordyn.mooring import (
     Mooring,
     NetData,
     Sea,
-    fastest_water,
     internal_step,
+    kinds_of,
     net_line,
 )
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
-from m4e_adapters.moordyn.stability import SPEED, Segment, clear_of_seabed
+from m4e_adapters.moordyn.stability import Segment, cheapest_scheme, clear_of_seabed
 from m4e_fmi.errors import InputError, Problem
 
 
@@ -38,11 +38,12 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     water = config.water
     assert water is not None
     sea = moved(water.depth, water.gravity)
-    segments = _segments(config, speed=SPEED + (sea.speed if sea else 0.0))
+    segments = _segments(config)
     moving = {name: s for name, s in segments.items() if config.lines[name].segments > 1}
-    step = internal_step(moving, scheme=config.solver.scheme, wanted=config.solver.time_step)
+    scheme = config.solver.scheme or cheapest_scheme(moving.values())
+    step = internal_step(moving, scheme=scheme, wanted=config.solver.time_step)
     return Mooring(
-        text=line_file(config, time_step=step),
+        text=line_file(config, time_step=step, scheme=scheme),
         fairleads=tuple(
             Fairlead(
                 name,
@@ -57,9 +58,9 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         net=_net(config, segments),
         at_rest=config.static_equilibrium,
         bed=-water.depth,
-        scheme=config.solver.scheme,
+        scheme=scheme,
         sea=sea,
-        fastest=fastest_water(moving, scheme=config.solver.scheme, step=step),
+        kinds=kinds_of(segments, moving, bed=-water.depth),
     )
 
 
@@ -107,8 +108,8 @@ def _net(config: MooringConfig, segments: dict[str, Segment]) -> NetData:
     }
 
 
-def _segments(config: MooringConfig, *, speed: float) -> dict[str, Segment]:
-    """A segment of every line, at most at `speed` [m/s]."""
+def _segments(config: MooringConfig) -> dict[str, Segment]:
+    """A segment of every line."""
     found = {}
     for name, line in config.lines.items():
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
@@ -132,6 +133,5 @@ def _segments(config: MooringConfig, *, speed: float) -> dict[str, Segment]:
             added_mass_coefficient=kind.added_mass_coefficient,
             axial_drag_coefficient=kind.axial_drag_coefficient,
             axial_added_mass_coefficient=kind.axial_added_mass_coefficient,
-            speed=speed,
         )
     return found

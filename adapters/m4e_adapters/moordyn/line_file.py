@@ -17,10 +17,10 @@ MOVING_WATER = ("1", "WaveKin")  # velocities and accelerations of the water com
 NO_CABLE = "0.0 0.0 0.0 0.0"  # mass, volume, drag area and added mass of a point
 
 
-def line_file(config: MooringConfig, *, time_step: float) -> str:
+def line_file(config: MooringConfig, *, time_step: float, scheme: str) -> str:
     """The input file of described lines: anchors first, then fairleads.
 
-    `time_step` [s] is MoorDyn's internal one.
+    `time_step` [s] is MoorDyn's internal one, of its `scheme`.
     """
     points: dict[str, tuple[str, Place]] = {
         name: ("Fixed", place) for name, place in config.anchors.items()
@@ -57,7 +57,7 @@ def line_file(config: MooringConfig, *, time_step: float) -> str:
                 ],
             ),
             header("OPTIONS"),
-            *(f"{value} {key}" for value, key in _options(config, time_step)),
+            *(f"{value} {key}" for value, key in _options(config, time_step, scheme)),
             header("OUTPUTS"),
             header("END"),
             "",
@@ -94,7 +94,7 @@ def _line_type(name: str, config: MooringConfig) -> str:
     return " ".join([name, *map(repr, values)])
 
 
-def _options(config: MooringConfig, time_step: float) -> Iterable[tuple[str, str]]:
+def _options(config: MooringConfig, time_step: float, scheme: str) -> Iterable[tuple[str, str]]:
     water = config.water
     assert water is not None
     yield from (*QUIET, *RELAXATION)
@@ -110,4 +110,4 @@ def _options(config: MooringConfig, time_step: float) -> Iterable[tuple[str, str
         (time_step, "dtM"),
     ):
         yield repr(value), key
-    yield config.solver.scheme, "tScheme"
+    yield scheme, "tScheme"

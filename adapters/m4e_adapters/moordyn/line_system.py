@@ -51,8 +51,8 @@ class LineSystem:
         The names of the lines, in MoorDyn's order.
     time_step
         The longest internal step [s].
-    lag
-        Internal steps from the last stage of MoorDyn's scheme to the end of a step.
+    order, share, kinds
+        As of `MoorDynSystem`.
     net
         Points and lines as `rest.net_at` takes them; None if MoorDyn alone knows their equilibrium.
     at_rest
@@ -92,7 +92,9 @@ class LineSystem:
         fairleads,
         lines,
         time_step,
-        lag,
+        share,
+        order,
+        kinds,
         net,
         at_rest,
         names,
@@ -125,7 +127,9 @@ class LineSystem:
             fixed=self._y,
             winches=winches,
             time_step=time_step,
-            lag=lag,
+            share=share,
+            order=order,
+            kinds=kinds,
             place=place,
             course=course,
         )

@@ -54,12 +54,14 @@ class Lines(ctypes.Structure):
 
     _fields_ = [
         *((name, c_void_p) for name in (
-            "step", "set_dt", "set_water", "node_position", "node_force", "set_length", "set_rate",
-            "sample", "system", "line", "segments", "ends", "axes", "fixed", "winch",
+            "step", "set_dt", "set_water", "node_position", "node_velocity", "node_force",
+            "set_length", "set_rate", "sample", "system", "line", "segments", "ends", "axes",
+            "fixed", "winch", "kinds", "lengths",
         )),
         *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
         *((name, c_int32) for name in ("inert", "moving")),
-        *((name, c_double) for name in ("longest", "interval", "lag")),
+        ("order", c_uint32),
+        *((name, c_double) for name in ("share", "longest", "interval", "lag")),
         *((name, c_void_p) for name in ("water", "state", "work")),
     ]  # fmt: skip
 
@@ -69,6 +71,7 @@ _CALLED = {
     "set_dt": "SetDt",
     "set_water": "ExternalWaveKinSet",
     "node_position": "GetLineNodePos",
+    "node_velocity": "GetLineNodeVel",
     "node_force": "GetLineNodeForce",
     "set_length": "SetLineUnstretchedLength",
     "set_rate": "SetLineUnstretchedLengthVel",
@@ -150,10 +153,12 @@ class MoorDynSystem:
         The fixed y coordinate [m] of each fairlead, None of those that move in space.
     winches
         Numbers, from 0, of the lines whose length is set.
-    time_step
-        The longest internal step [s].
-    lag
-        Internal steps from the last stage of MoorDyn's scheme to the end of a step.
+    time_step, share
+        The longest internal step [s], and the longest part of a stable one.
+    order
+        Of MoorDyn's Runge-Kutta method, 2 or 4.
+    kinds
+        Of each line the 14 numbers of `m4e_line_kind`, see `stability.kind`.
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
@@ -171,7 +176,7 @@ class MoorDynSystem:
     """
 
     def __init__(self, text, *, files, runtime, ends, axes, inert, moving, lines, fixed,
-                 winches, time_step, lag, place, course):  # fmt: skip
+                 winches, time_step, share, order, kinds, place, course):  # fmt: skip
         self._text, self._files, self._place = text, files, place
         self._lines_count, self._winches = lines, list(winches)
         self._fairleads, self._library = sum(ends), _runtime(runtime)
@@ -201,7 +206,8 @@ class MoorDynSystem:
             "fixed": (c_double * self._fairleads)(*[nan if y is None else y for y in fixed]),
             "winch": (c_uint32 * len(self._winches))(*self._winches),
             "state": self.state,
-            "work": (c_double * (11 * count))(),
+            "kinds": (c_double * (14 * lines))(*chain.from_iterable(kinds)),
+            "lengths": (c_double * lines)(),
         }
         self._sample = _SAMPLE(self._sampled)
         self._lines = Lines(
@@ -213,7 +219,9 @@ class MoorDynSystem:
             moving=moving,
             longest=time_step,
             interval=course.longest if course else float("inf"),
-            lag=lag,
+            order=order,
+            share=share,
+            lag=0.5 if order == 2 else 0.0,
             sample=ctypes.cast(self._sample, c_void_p),
             **{name: ctypes.cast(values, c_void_p) for name, values in self._arrays.items()},
             **{
@@ -355,7 +363,10 @@ class MoorDynSystem:
             library.MoorDyn_GetLineUnstretchedLength(line, byref(length))
             self._arrays["line"][k], self._arrays["segments"][k] = line, count.value
             self.lengths.append(length.value)
-        self.segments = list(self._arrays["segments"])
+        self.segments, self._arrays["lengths"][:] = list(self._arrays["segments"]), self.lengths
+        room = 33 * self._fairleads + 6 * (max(self.segments, default=0) + 1)
+        self._arrays["work"] = (c_double * room)()
+        lines.work = ctypes.addressof(self._arrays["work"])
         lines.system, self._size = self._system, 0
         if self.course:
             nodes = c_uint32()

@@ -8,7 +8,6 @@ the FMU.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -53,7 +52,7 @@ def _build(
     progress(
         f"{_counted(len(mooring.lines), 'line')} at "
         f"{_counted(len(mooring.fairleads), 'fairlead')}, "
-        f"internal time step {mooring.time_step:.3g} s"
+        f"internal time step up to {mooring.time_step:.3g} s"
     )
     for text in _doubts(mooring):
         progress(f"warning: {text}")
@@ -89,9 +88,7 @@ def _build(
         return source
     for line in lines_on(mooring.sea.waves):
         progress(line)
-    return _in_moving_water(
-        source, mooring.sea, in_space=config.dimensions == 3, fastest=mooring.fastest
-    )
+    return _in_moving_water(source, mooring.sea, in_space=config.dimensions == 3)
 
 
 def _doubts(mooring: Mooring) -> Iterator[str]:
@@ -117,13 +114,8 @@ def _doubts(mooring: Mooring) -> Iterator[str]:
         )
 
 
-def _in_moving_water(
-    source: PythonSource, sea: Sea, *, in_space: bool, fastest: float
-) -> PythonSource:
-    """`source` with what moves the water of a sea: its parameters, and code in the FMU.
-
-    The water may move at up to `fastest` [m/s].
-    """
+def _in_moving_water(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource:
+    """`source` with what moves the water of a sea: its parameters, and code in the FMU."""
     program = water_program(sea.waves, sea.current, depth=sea.depth, in_space=in_space)
     parameters = [v for v in describe(program).variables if v.causality == "parameter"]
     variables = [
@@ -137,7 +129,6 @@ def _in_moving_water(
         "depth": sea.depth,
         "gravity": sea.gravity,
         "stretching": sea.stretching,
-        "fastest": fastest if math.isfinite(fastest) else None,
     }
     adapter, seas = Path(moordyn.__file__).parent, Path(moving_water.__file__).parent
     return replace(

@@ -9,8 +9,6 @@ from pythonfmu.enums import Fmi2Status
 from .line_system import LineSystem  # type: ignore  # side by side in the FMU
 from .slave_base import M4eSlave  # type: ignore
 
-ROUNDING = 1e-6  # of speeds
-
 
 class MooringSlave(M4eSlave):
     """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`.
@@ -78,7 +76,6 @@ class MooringSlave(M4eSlave):
 
         water = json.loads(file.read_text(encoding="utf-8"))
         self._of_water = [self.index[name] for name in water.pop("parameters")]
-        self._fastest = water.pop("fastest")
         self._water = MovingWater(code, **water)
         return WaterCourse(self._water)
 
@@ -87,18 +84,8 @@ class MooringSlave(M4eSlave):
         values = [self.values[k] for k in self._of_water]
         if self._water is not None and values != self._values_of_water:
             self._water.set(values)
-            self._check_speed(self._water.speed())
             self._values_of_water = values
         return values
-
-    def _check_speed(self, speed):
-        """Raise ValueError if the internal step is not stable in water of that `speed` [m/s]."""
-        if self._fastest is not None and speed > self._fastest * (1 + ROUNDING):
-            raise ValueError(
-                f"waves and current reach {speed:.3g} m/s with these parameters, but the lines' "
-                f"internal step is stable up to {self._fastest:.3g} m/s: write the largest waves "
-                "and current in their sections, and build anew, or give a shorter solver.time_step"
-            )
 
     def initialise(self):
         """Start the lines, unless they have started with the same motion and waves."""

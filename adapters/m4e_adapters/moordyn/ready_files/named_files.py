@@ -40,17 +40,20 @@ HEADING = 3  # lines of a curve before its rows
 READ_AS_NUMBER = re.compile(r"[+-]?(\.?\d|inf|nan)", re.IGNORECASE)  # the start of a word
 OWN = "lines.txt"  # MoorDyn's input, beside which the files are put
 
+Slopes = tuple[float, float, float]
+"""Steepest and least slope of a curve, and its largest value."""
+
 
 @dataclass
 class NamedFiles:
     """Contents of the files of `file`, by the names that its rows have from then on.
 
-    `curves` holds the steepest slope and the largest value of each curve, by its name.
+    `curves` holds the slopes of each curve, by its name.
     """
 
     file: ReadFile
     contents: dict[str, bytes] = field(default_factory=dict)
-    curves: dict[str, tuple[float, float]] = field(default_factory=dict)
+    curves: dict[str, Slopes] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for option, files in WATER.items():
@@ -107,7 +110,7 @@ class NamedFiles:
             lines = self._lines(name)[HEADING:]
             rows = [tuple(map(float, line.split()[:2])) for line in lines]
             slopes = [(y - b) / (x - a) for (a, b), (x, y) in pairwise(rows)]
-            self.curves[name] = max(slopes), max(y for _, y in rows)
+            self.curves[name] = max(slopes), min(slopes), max(y for _, y in rows)
             fits = rows == sorted(rows) and k != DAMPING
         except (ValueError, ZeroDivisionError):
             fits = False
@@ -126,7 +129,7 @@ class NamedFiles:
                 self._read_curve(row, k, curve)
                 lines[n] = f"{curve} OWC"
                 self.contents[name] = "\n".join(lines).encode()
-                self.curves[name] = self.curves.get(curve, (0.0, 0.0))
+                self.curves[name] = self.curves.get(curve, (0.0, 0.0, 0.0))
 
     def _lines(self, name: str) -> list[str]:
         return self.contents.get(name, b"").decode("latin-1").splitlines()

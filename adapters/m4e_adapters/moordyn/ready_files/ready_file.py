@@ -22,8 +22,8 @@ from m4e_adapters.moordyn.mooring import (
     Mooring,
     NetData,
     Sea,
-    fastest_water,
     internal_step,
+    kinds_of,
     net_line,
 )
 from m4e_adapters.moordyn.ready_files.attachments import (
@@ -36,7 +36,7 @@ from m4e_adapters.moordyn.ready_files.attachments import (
     ends_of,
 )
 from m4e_adapters.moordyn.ready_files.checks import ELSEWHERE, SEGMENTS, check, check_places
-from m4e_adapters.moordyn.ready_files.named_files import SYROPE, NamedFiles
+from m4e_adapters.moordyn.ready_files.named_files import SYROPE, NamedFiles, Slopes
 from m4e_adapters.moordyn.ready_files.read_file import (
     TABLES,
     ReadFile,
@@ -46,7 +46,6 @@ from m4e_adapters.moordyn.ready_files.read_file import (
 )
 from m4e_adapters.moordyn.stability import (
     SCHEMES,
-    SPEED,
     STRAIN,
     Segment,
     clear_of_seabed,
@@ -98,13 +97,14 @@ def ready_mooring(
         file.wrong(file.rows("failure")[0], "lines of coupled rods and pins do not fail", remedy)
     InputError.raise_for(file.problems)
     around = sea(file.depth, file.option("g", WATER["g"]))
-    segments = _segments(file, attached, named, speed=SPEED + (around.speed if around else 0.0))
+    segments = _segments(file, attached, named)
     moving = _with_moving_nodes(file, attached, segments)
     scheme, step = _integration(file, moving)
     _note(file, around)
     InputError.raise_for(file.problems)
     ropes = [word for row in file.rows("line types") for word in row.words[3:6]]
-    level = file.option("currents", 0.0) == 0 and "seafloorfile" not in file.options
+    sloped = "seafloorfile" in file.options
+    level = file.option("currents", 0.0) == 0 and not sloped
     plain = level and bool(segments) and attached.simple() and all(map(number, ropes))
     net = _net(file, attached, segments) if plain else None
     integration = [(repr(step), "dtM"), (scheme, "tScheme")]
@@ -121,8 +121,8 @@ def ready_mooring(
         drawn=_fairleads(file, moved, dict.fromkeys(fairleads)),
         notes=tuple(file.notes),
         sea=around,
-        fastest=fastest_water(moving, scheme=scheme, step=step),
         scheme=scheme,
+        kinds=kinds_of(segments, moving, bed=0.0 if sloped else -file.depth),
         files=named.contents,
         ends=tuple(len(places) for _, places in moved),
         axes=tuple(_axis(places) for _, places in moved),
@@ -239,10 +239,8 @@ def _note(file: ReadFile, around: Sea | None) -> None:
         )
 
 
-def _segments(
-    file: ReadFile, attached: Attachments, named: NamedFiles, *, speed: float
-) -> dict[str, Segment]:
-    """A segment of every line, at most at `speed` [m/s] in the water."""
+def _segments(file: ReadFile, attached: Attachments, named: NamedFiles) -> dict[str, Segment]:
+    """A segment of every line."""
     types = {row.words[0]: row.words for row in file.rows("line types")}
     held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
     friction = file.option("frictioncoefficient", 0.0) * file.option("fricdamp", FRICTION_DAMPING)
@@ -251,7 +249,7 @@ def _segments(
         ends, length, count = ends_of(row), float(row.words[4]), int(float(row.words[5]))
         words = types[row.words[1]]
         d, m, cd, ca, cdax, caax = (float(words[k]) for k in (1, 2, 6, 7, 8, 9))
-        ea, ba, rate = _rope(words, named)
+        ea, least, ba, rate = _rope(words, named)
         piece = length / count
         anchors = [held[end] for end in ends if end in held]
         depth = 0.0 if "seafloorfile" in file.options else file.depth
@@ -263,7 +261,7 @@ def _segments(
             mass_per_length=m,
             axial_stiffness=ea,
             damping=ba if ba >= 0 else ratio,
-            bending_stiffness=_steepest(words[5], named)[0],
+            bending_stiffness=_slopes(words[5], named)[0],
             seabed_stiffness=0.0 if clear else file.option("kbot", SEABED["kbot"]),
             seabed_damping=0.0 if clear else file.option("cbot", SEABED["cbot"]),
             water_density=file.option("rho", WATER["rho"]),
@@ -272,34 +270,33 @@ def _segments(
             axial_drag_coefficient=cdax,
             axial_added_mass_coefficient=caax,
             friction=friction + rate * m * piece,
-            speed=speed,
+            least_stiffness=least,
         )
     return found
 
 
-def _rope(words: tuple[str, ...], named: NamedFiles) -> tuple[float, float, float]:
-    """Stiffness [N] and damping [N·s] of a line type in fast motion, its own decay rate [1/s].
+def _rope(words: tuple[str, ...], named: NamedFiles) -> tuple[float, float, float, float]:
+    """Largest and least stiffness [N] of a line type, its damping [N·s] and own decay rate [1/s].
 
     A viscoelastic rope has two elements in line, each a spring and damper beside each other. In
     fast motion both dampers are in line, and the stiffness is the dynamic one. The stretch of the
     slow element decays as both springs over both dampers (Line.cpp, `getStateDeriv`).
     """
     (slow, *fast), (damper, *second) = words[3].split("|"), words[4].split("|")
-    (ea, largest), (ba, _) = _steepest(slow, named), _steepest(damper, named)
+    (ea, least, largest), ba = _slopes(slow, named), float(damper)
     if not fast:
-        return ea, ba, 0.0
+        return ea, least, ba, 0.0
     dynamic = float(fast[0])
     if len(fast) > 1:  # grows with the tension
         dynamic += float(fast[1]) * (largest or ea * STRAIN)
     both = ba + float((second or ["0"])[0])
     rate = (dynamic + ea * dynamic / max(abs(dynamic - ea), 1e-9 * ea)) / both if both else math.inf
-    return max(ea, dynamic), ba * (both - ba) / both if both else 0.0, rate
+    return max(ea, dynamic), least, ba * (both - ba) / both if both else 0.0, rate
 
 
-def _steepest(word: str, named: NamedFiles) -> tuple[float, float]:
-    """The steepest slope of a number or curve of a line type, and the largest value of a curve."""
-    name = word.removeprefix(SYROPE)
-    return named.curves[name] if name in named.curves else (float(word), 0.0)
+def _slopes(word: str, named: NamedFiles) -> Slopes:
+    """The slopes of a number or a curve of a line type."""
+    return named.curves.get(word.removeprefix(SYROPE)) or (float(word), float(word), 0.0)
 
 
 def _with_moving_nodes(
