@@ -38,6 +38,7 @@ DAMPING = 4
 SYROPE = "SYROPE:"  # of an EA before the name of its file
 HEADING = 3  # lines of a curve before its rows
 READ_AS_NUMBER = re.compile(r"[+-]?(\.?\d|inf|nan)", re.IGNORECASE)  # the start of a word
+OWC = re.compile(rb"(\S+)[ \t]+OWC\b", re.IGNORECASE)  # of a Syrope model: the name of its curve
 OWN = "lines.txt"  # MoorDyn's input, beside which the files are put
 
 Slopes = tuple[float, float, float]
@@ -107,7 +108,7 @@ class NamedFiles:
     def _read_curve(self, row: Row, k: int, name: str) -> None:
         """Note the slopes of a curve, of (x, y) row by row, or what is wrong with it."""
         try:
-            lines = self._lines(name)[HEADING:]
+            lines = self.contents.get(name, b"").decode("latin-1").splitlines()[HEADING:]
             rows = [tuple(map(float, line.split()[:2])) for line in lines]
             slopes = [(y - b) / (x - a) for (a, b), (x, y) in pairwise(rows)]
             self.curves[name] = max(slopes), min(slopes), max(y for _, y in rows)
@@ -122,14 +123,11 @@ class NamedFiles:
 
     def _read_working_curve(self, row: Row, k: int, name: str) -> None:
         """Take the curve that a file of the Syrope model names, and let it name the one here."""
-        lines = self._lines(name)
-        for n, words in enumerate(map(str.split, lines)):
-            if "".join(words[1:2]).lower() == "owc":
-                curve = self._take(row, k, words[0])
-                self._read_curve(row, k, curve)
-                lines[n] = f"{curve} OWC"
-                self.contents[name] = "\n".join(lines).encode()
-                self.curves[name] = self.curves.get(curve, (0.0, 0.0, 0.0))
-
-    def _lines(self, name: str) -> list[str]:
-        return self.contents.get(name, b"").decode("latin-1").splitlines()
+        found = OWC.search(self.contents.get(name, b""))
+        if found:
+            curve = self._take(row, k, found[1].decode("latin-1"))
+            self._read_curve(row, k, curve)
+            self.contents[name] = OWC.sub(
+                lambda _: f"{curve} OWC".encode(), self.contents[name], count=1
+            )
+            self.curves[name] = self.curves.get(curve, (0.0, 0.0, 0.0))

@@ -211,11 +211,15 @@ def _integration(file: ReadFile, segments: dict[str, Segment]) -> tuple[str, flo
 def _no_way_back(file: ReadFile) -> str:
     """Why MoorDyn cannot go back in time: what of its state it does not save."""
     types = [row.words for row in file.rows("line types")]
-    if any(words[3].startswith(SYROPE) for words in types):
-        return "MoorDyn does not save the largest tensions of ropes of the Syrope model"
-    if any(float(word) != 0 for words in types for word in words[LIFT : LIFT + 1]):
-        return "MoorDyn does not save the oscillation of lines with a lift coefficient Cl"
-    return ""
+    lost = {
+        "the largest tensions of ropes of the Syrope model": any(
+            words[3].startswith(SYROPE) for words in types
+        ),
+        "the oscillation of lines with a lift coefficient Cl": any(
+            float(word) != 0 for words in types for word in words[LIFT : LIFT + 1]
+        ),
+    }
+    return next((f"MoorDyn does not save {name}" for name, there in lost.items() if there), "")
 
 
 def _note(file: ReadFile, around: Sea | None) -> None:
