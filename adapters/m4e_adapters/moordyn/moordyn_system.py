@@ -336,8 +336,8 @@ class MoorDynSystem:
     def _made(self, folder, position, search):
         """Let MoorDyn begin there; True if it fails."""
         library = moordyn()
-        # MoorDyn looks for the file of the seabed in the folder that the process is in
         with contextlib.chdir(folder) if self._files else contextlib.nullcontext():
+            # it looks for the file of the seabed where the program runs
             self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
         if not self._system:
             return True
