@@ -177,23 +177,27 @@ class LineSystem:
         return tuple(self._moordyn.end_force[at : at + 3])
 
     def tensions(self):
-        """Magnitudes [N] of the forces at ends A, and at ends B, of the lines."""
-        if self.parted:
-            ends = [[self.end_force(k, end) for k in range(len(self._names))] for end in (0, 1)]
-        else:
-            force = self._moordyn.end_force[:]
-            ends = [[force[k : k + 3] for k in range(3 * end, len(force), 6)] for end in (0, 1)]
-        return [[hypot(*force) for force in of_end] for of_end in ends]
+        """Magnitudes [N] of the forces at ends B and A of each line."""
+        force = self._moordyn.end_force[:]
+        for line, end in self._gone():
+            at = 6 * line + 3 * end
+            force[at : at + 3] = 0.0, 0.0, 0.0
+        ends = range(0, len(force), 6)
+        return [(hypot(*force[k + 3 : k + 6]), hypot(*force[k : k + 3])) for k in ends]
+
+    def outputs(self):
+        """Forces on the fairleads, along the axes on which they move, and tensions [N]: flat."""
+        return [*chain(*self.force, *self.tensions())]
 
     @property
     def anchor_tension(self):
         """Magnitude [N] of the force at end A of each line."""
-        return self.tensions()[0]
+        return [anchor for _, anchor in self.tensions()]
 
     @property
     def fairlead_tension(self):
         """Magnitude [N] of the force at end B of each line."""
-        return self.tensions()[1]
+        return [fairlead for fairlead, _ in self.tensions()]
 
     def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
