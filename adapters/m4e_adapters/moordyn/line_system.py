@@ -16,6 +16,7 @@ MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
 - What parts a line in MoorDyn cannot be taken back: see `MoorDynSystem.part`.
 """
 
+from functools import partial
 from itertools import chain
 from math import dist, hypot, inf, isfinite, sqrt
 
@@ -27,7 +28,7 @@ from .plausibility import (
     misplaced,
     unplaced,
 )
-from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
+from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long, with_nodes
 
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
@@ -117,7 +118,6 @@ class LineSystem:
         self._text, self._course = text, course
         ends = ends or [1] * len(self._y)
         self._moordyn = MoorDynSystem(
-            text,
             files=files or {},
             runtime=runtime,
             ends=ends,
@@ -213,14 +213,12 @@ class LineSystem:
             net = net_at(self._net, _points(flat), dict(zip(self._winches, winch, strict=False)))
             found = net.settle_in(self._course.current) if self._course else net.settle()
         if found and self._at_rest:
-            report = self._moordyn.create(flat, search=False, net=net)
+            change = partial(with_nodes, net=net)
+            report = self._moordyn.create(self._text, flat, change=change)
         else:
-            report = self._moordyn.create(flat, search=True)
+            report = self._moordyn.create(self._text, flat, search=True)
         self.parted = []
-        self._moordyn.set_lengths(winch)
-        if self._course:
-            self._course.be_calm(self._moordyn)
-        self._moordyn.evaluate()
+        self._moordyn.begin(flat, winch)
         self.warnings = [
             *self._notes,
             *unplaced(self._fairleads, position, self._placed),

@@ -28,7 +28,7 @@ from itertools import chain
 from math import hypot, isfinite, nan
 from pathlib import Path
 
-from .rest import with_nodes, with_points
+from .rest import with_points
 
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
@@ -137,10 +137,8 @@ class MoorDynSystem:
 
     Parameters
     ----------
-    text
-        MoorDyn v2 input file, one row a line.
     files
-        Name and content of the files that `text` names.
+        Name and content of the files that input texts name.
     runtime
         Path of the runtime's library.
     ends
@@ -168,7 +166,7 @@ class MoorDynSystem:
         used.
     course
         The motion of the water at the nodes, a `water_course.WaterCourse`; None if it stands
-        still, or moves as `text` says.
+        still, or moves as the text says.
 
     Attributes
     ----------
@@ -179,9 +177,9 @@ class MoorDynSystem:
         [m] of these ends: flat.
     """
 
-    def __init__(self, text, *, files, runtime, ends, axes, inert, moving, lines, fixed,
+    def __init__(self, *, files, runtime, ends, axes, inert, moving, lines, fixed,
                  winches, time_step, share, order, kinds, place, course):  # fmt: skip
-        self._text, self._files, self._place = text, files, place
+        self._files, self._place = files, place
         self._lines_count, self._winches = lines, list(winches)
         self._fairleads, self._library = sum(ends), _runtime(runtime)
         self._system = None
@@ -244,60 +242,63 @@ class MoorDynSystem:
         """True between `create` and `close`."""
         return self._system is not None
 
-    def create(self, position, *, search, net=None):
-        """Make the system with fairleads at these places [m], at rest; return what MoorDyn wrote.
+    def create(self, text, position, *, search=False, change=None):
+        """Make the system of `text` with fairleads at these places [m]; return what MoorDyn wrote.
 
         With `search` MoorDyn looks for the equilibrium of the lines; else they begin straight, or
-        with their nodes as in `net`. MooringError if that fails.
+        with the state file that `change` makes of that one's. MooringError if that fails.
         """
         self.close()
-        folder = self._written(self._text)
+        # a .out file appears beside the input, so every system has a folder of its own
+        self._folder = _new_folder(self._place)
+        folder = Path(self._folder.name)
+        (folder / "lines.txt").write_text(text, encoding="utf-8")
+        for name, content in self._files.items():
+            (folder / name).write_bytes(content)
         with console_kept() as console:
             failed = self._made(folder, position, search)
-            if not failed and net is not None:
-                self._transfer(folder, lambda state: with_nodes(state, net))
+            if not failed and change:
+                path = folder / "lines.state"
+                path.write_bytes(change(self._state_file(path)))
+                moordyn().MoorDyn_LoadState(self._system, str(path).encode())
         if failed:
             self.close()
             raise MooringError(_not_started(position, console.text))
-        self._ready(position)
+        self._connect()
         return console.text
+
+    def begin(self, position, lengths):
+        """Take the forces at rest, fairleads at `position` [m] and winches at `lengths` [m]."""
+        self.state[:] = [0.0] * len(self.state)
+        self.state[1] = START_STEP
+        self.position[:] = position
+        self.state[len(self.state) - len(self._winches) :] = lengths
+        if self.course:
+            self.course.be_calm(self)
+        self.evaluate()
 
     def part(self, text, points):
         """Go on as the system of `text`, which has free points more, at (position, velocity).
 
         Its other objects are where they are; `points` are flat, [m] and [m/s].
         """
-        before = self._system, self._folder
-        old = self._state_file()
-        self._system, self._folder = None, None
-        folder = self._written(text)
-        with console_kept() as console:
-            failed = self._made(folder, list(self.position), search=False)
-            if not failed:
-                extended = with_points(old, points, self._lines_count)
-                self._transfer(folder, lambda _: extended)
-        moordyn().MoorDyn_Close(before[0])
-        if before[1] is not None:
-            before[1].cleanup()
-        if failed:
-            self.close()
-            raise MooringError(f"a line cannot be parted: {console.text}")
-        self._connect()
-        velocity = self.state[CLOCK + len(self.position) : CLOCK + 2 * len(self.position)]
-        self.evaluate(velocity)
+        with tempfile.TemporaryDirectory() as folder, console_kept():
+            old = self._state_file(Path(folder) / "lines.state")
+        extended = with_points(old, points, self._lines_count)
+        self.create(text, list(self.position), change=lambda _: extended)
+        self.evaluate(self.state[CLOCK + len(self.position) : CLOCK + 2 * len(self.position)])
 
     def recreate(self, text, state):
         """Begin anew with `text`, at the fairleads of a `state`, for `take_back`."""
-        self.close()
         self.state[:] = array("d", state)
-        folder = self._written(text)
-        with console_kept() as console:
-            failed = self._made(folder, list(self.position), search=False)
-        if failed:
-            raise MooringError(_not_started(list(self.position), console.text))
-        self._connect()
+        self.create(text, list(self.position))
         self.state[1] = START_STEP
         self.evaluate()  # before its first step MoorDyn would write a time that it has not set
+
+    def _state_file(self, path):
+        """The bytes of a state file of the system as it is, which is `path`."""
+        moordyn().MoorDyn_SaveState(self._system, str(path).encode())
+        return path.read_bytes()
 
     def end_motion(self, line, end):
         """(x, y, z) [m] and velocity [m/s] of end A (0) or B (1) of a line: six numbers."""
@@ -309,29 +310,6 @@ class MoorDynSystem:
         found = c_double()
         moordyn().MoorDyn_GetLineUnstretchedLength(self._arrays["line"][line], byref(found))
         return found.value
-
-    def set_lengths(self, lengths):
-        """Let the lines with a winch have these lengths [m]."""
-        first = len(self.state) - len(self._winches)
-        self.state[first:] = lengths
-
-    def _state_file(self):
-        """The bytes of a state file of the system as it is."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "lines.state"
-            with console_kept():
-                moordyn().MoorDyn_SaveState(self._system, str(path).encode())
-            return path.read_bytes()
-
-    def _written(self, text):
-        # a .out file appears beside the input, so every system has a folder of its own
-        self._folder = _new_folder(self._place)
-        folder = Path(self._folder.name)
-        (folder / "lines.txt").write_text(text, encoding="utf-8")
-        for name, content in self._files.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(content)
-        return folder
 
     def _made(self, folder, position, search):
         """Let MoorDyn begin there; True if it fails."""
@@ -354,12 +332,6 @@ class MoorDynSystem:
             at += [*position[n : n + 3], *([0.0] * 3 if count == 2 else [])]
             n += 3 * count
         return (c_double * max(1, len(at)))(*at)
-
-    def _transfer(self, folder, change):
-        path = folder / "lines.state"
-        moordyn().MoorDyn_SaveState(self._system, str(path).encode())
-        path.write_bytes(change(path.read_bytes()))
-        moordyn().MoorDyn_LoadState(self._system, str(path).encode())
 
     def _connect(self):
         """Let the loop know the system and its lines."""
@@ -386,14 +358,6 @@ class MoorDynSystem:
             lines.nodes = nodes.value
             water = self.course.room(nodes.value)
             lines.water = ctypes.addressof(water)
-
-    def _ready(self, position):
-        self._connect()
-        self.state[:] = [0.0] * len(self.state)
-        self.state[1] = START_STEP
-        self.position[:] = position
-        first = len(self.state) - len(self._winches)
-        self.state[first:] = [self.lengths[k] for k in self._winches]
 
     def evaluate(self, velocity=None):
         """Take the forces with fairleads where they are, at this velocity [m/s] or at rest."""
