@@ -47,7 +47,7 @@ WavesOrNone = Annotated[
     Annotated[Literal["none"], Tag("word")] | Annotated[Waves, Tag("waves")],
     Discriminator(_is_word),
 ]
-DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
+DESCRIBED = ("line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
 
 
 class Water(Section):
@@ -142,7 +142,8 @@ class MooringConfig(Section):
     static_equilibrium: true if lines start where they rest; else straight, or as a catenary.
     waves: those that move the water around the lines, as of hydrodynamics, continued up to the
     surface by `stretching`; default is still water. `none` says that lines stay in still water
-    where others have waves. current: a steady one, in which lines are at rest.
+    where others have waves. current: a steady one, in which lines are at rest. Beside a `file`,
+    `water` gives what the file leaves out.
     """
 
     file: str | None = None

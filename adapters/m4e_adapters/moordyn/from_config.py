@@ -30,7 +30,10 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     """
     moved = partial(_sea, config, Path(folder))
     if config.file is not None:
-        found = ready_mooring(Path(folder) / config.file, fairleads=config.fairleads, sea=moved)
+        given = config.water.model_dump(exclude_unset=True) if config.water else {}
+        found = ready_mooring(
+            Path(folder) / config.file, fairleads=config.fairleads, sea=moved, water=given
+        )
         return found.in_space() if config.dimensions == 3 else found
     water = config.water
     assert water is not None

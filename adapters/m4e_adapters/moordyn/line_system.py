@@ -323,7 +323,7 @@ class LineSystem:
             cause = "MoorDyn finds other forces than m4e_fmi" if self._at_rest else SWITCHED_OFF
             return away_from(net, self._names, tensions, cause)
         forces, counts = self._moordyn.inner_forces(), self._moordyn.segments
-        remedy = MORE_TIME if self._net is None else LATER
+        remedy = MORE_TIME if self._net is None and self._at_rest else LATER
         texts = left_over(self._names, forces, tensions, counts, remedy)
         if not texts and self._net is not None and self._at_rest:
             worst = max(zip(forces, self._names, strict=True))

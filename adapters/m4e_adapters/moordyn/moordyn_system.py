@@ -326,7 +326,9 @@ class MoorDynSystem:
     def _made(self, folder, position, search):
         """Let MoorDyn begin there; True if it fails."""
         library = moordyn()
-        self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
+        with contextlib.chdir(folder) if self._files else contextlib.nullcontext():
+            # it looks for the file of the seabed where the program runs
+            self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
         if not self._system:
             return True
         initialise = library.MoorDyn_Init if search else library.MoorDyn_Init_NoIC

@@ -196,7 +196,8 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
            *bend = mean + n;
     const double lead = h / 2 + l->state[2]; /* from the velocity that is known to the mean one */
     const uint64_t steps = (uint64_t)ceil(h / l->longest * (1 - SPARE)), least = steps ? steps : 1;
-    const uint64_t pieces = (least + PIECE - 1) / PIECE;
+    /* MoorDyn has accelerations from velocities of pieces that are all as long */
+    const uint64_t pieces = l->inert ? least : (least + PIECE - 1) / PIECE;
     const uint64_t intervals = (uint64_t)fmax(1, ceil(h / l->interval - SPARE));
     const uint64_t size = (pieces + intervals - 1) / intervals; /* pieces of an interval */
     const double last = l->inert ? 0 : LAST_PART * h;
