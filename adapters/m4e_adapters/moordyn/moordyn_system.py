@@ -160,7 +160,7 @@ class MoorDynSystem:
     order
         Of MoorDyn's Runge-Kutta method, 2 or 4.
     kinds
-        Of each line the 14 numbers of `m4e_line_kind`, see `stability.kind`.
+        Of each line the 15 numbers of `m4e_line_kind`, see `stability.kind`.
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
@@ -208,7 +208,7 @@ class MoorDynSystem:
             "fixed": (c_double * self._fairleads)(*[nan if y is None else y for y in fixed]),
             "winch": (c_uint32 * len(self._winches))(*self._winches),
             "state": self.state,
-            "kinds": (c_double * (14 * lines))(*chain.from_iterable(kinds)),
+            "kinds": (c_double * (15 * lines))(*chain.from_iterable(kinds)),
             "lengths": (c_double * lines)(),
         }
         self._sample = _SAMPLE(self._sampled)

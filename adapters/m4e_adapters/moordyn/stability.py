@@ -11,7 +11,7 @@ loop looks at every line before some internal steps, and chooses those that are 
 of one segment with half its mass at either end (no assembly of them is faster), ω = (2/l) √(EA/m')
 with the damping ratio ζ = BA/(l √(EA m')), further damping added, or with ζ > 1 its faster decay,
 ω (ζ + √(ζ² − 1)); bending, ω = (4/l²) √(EI/m'); the seabed, ω = √(kBot d/m'), and the decay of a
-node there, cBot d/(m' + ρ A Ca), to which friction adds.
+node there, cBot d/(m' + ρ A Ca).
 
 MoorDyn's own `CFL` is dt·√(EA/m')/(2π l), so its default 0.5 means ω dt = 6.3, beyond RK2 (2) and
 RK4 (2.8). RK2 lets every undamped mode grow, so it needs a short step for a line without damping.
@@ -44,7 +44,8 @@ class Segment:
 
     `axial_stiffness` is the largest EA [N], `least_stiffness` the least where it is taut (None: the
     same), `damping` MoorDyn's BA [N·s]; `seabed_stiffness` kBot [Pa/m], `seabed_damping` cBot
-    [Pa·s/m]; `friction` [N·s/m] is what seabed friction adds to a node's damping.
+    [Pa·s/m]; `friction` [N·s/m] is what seabed friction adds to a node's damping, `decay` [1/s]
+    what a rope with a memory adds to the rates of its modes.
     """
 
     length: float
@@ -62,6 +63,7 @@ class Segment:
     axial_added_mass_coefficient: float = 0.0
     friction: float = 0.0
     least_stiffness: float | None = None
+    decay: float = 0.0
 
     @property
     def masses(self) -> tuple[float, float]:
@@ -91,11 +93,12 @@ def kind(segment: Segment, *, bed: float) -> tuple[float, ...]:
         segment.seabed_stiffness * segment.diameter,
         segment.seabed_damping * segment.diameter,
         segment.friction,
+        segment.decay,
         0.0,
     )
 
 
-NOTHING = (0.0,) * 14
+NOTHING = (0.0,) * 15
 """The numbers of a line in which nothing moves by itself."""
 
 
@@ -138,7 +141,7 @@ def stable_step(segment: Segment, scheme: str) -> float:
     """The longest stable internal step [s] of `scheme` for a taut segment, flat on the seabed."""
     across, _ = segment.masses
     rate = segment.seabed_damping * segment.diameter / across
-    rate += segment.friction / (segment.mass_per_length * segment.length)
+    rate += segment.decay
     (omega, ratio), *_ = oscillations(segment)
     if ratio > 1:
         rate = max(rate, omega * (ratio + math.sqrt(ratio**2 - 1)))

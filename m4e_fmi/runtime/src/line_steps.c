@@ -101,8 +101,12 @@ static int slower(const m4e_line_kind *k, uint32_t n, double l, const double *r,
             for (int b = 0; b <= a; b++)
                 s[a][b] = part * ((a == b) * across + (along - across) * q[a] * q[b]) -
                           taken * before[a] * before[b] - coupling * after[a] * after[b];
-        for (int c = 0; c < 3; c++) s[c][c] -= k->friction;
-        if (on_bed(k, here, v + 3 * i, h)) s[2][2] -= part * k->bed_damping;
+        for (int c = 0; c < 3; c++) s[c][c] -= part * k->mass * k->decay;
+        if (on_bed(k, here, v + 3 * i, h)) {
+            s[0][0] -= k->friction;
+            s[1][1] -= k->friction;
+            s[2][2] -= part * k->bed_damping;
+        }
         const double share = inverse_along(s, after);
         if (share < 0) return 0;
         taken = coupling + coupling * coupling * share;

@@ -12,8 +12,8 @@ typedef struct {
     double stiffness, least;    /* [N] largest EA, least EA of a taut segment */
     double damping, bending;    /* [N.s] BA, [N.m2] EI */
     double bed, bed_stiffness, bed_damping; /* [m] z of the seabed, [Pa] kBot d, [Pa.s] cBot d */
-    double friction;                        /* [N.s/m] more of each node: of a seabed, a rope */
-    double speed;                           /* [m/s] of the water, where nobody says it */
+    double friction, decay;     /* [N.s/m] of a node on the seabed, [1/s] that a rope has of its own */
+    double speed;               /* [m/s] of the water, where nobody says it */
 } m4e_line_kind;
 
 /* The number of equal internal steps, `least` or more, for the next h seconds of a line of

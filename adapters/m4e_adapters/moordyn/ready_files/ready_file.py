@@ -273,7 +273,8 @@ def _segments(file: ReadFile, attached: Attachments, named: NamedFiles) -> dict[
             added_mass_coefficient=ca,
             axial_drag_coefficient=cdax,
             axial_added_mass_coefficient=caax,
-            friction=friction + rate * m * piece,
+            friction=friction,
+            decay=rate,
             least_stiffness=least,
         )
     return found
