@@ -6,9 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from support.line_energies import energies
 from support.lines_in_waves import lines_of, mooring_of
-
-from m4e_adapters.moordyn.energies import energies
 
 TEXT = """\
 water: {{density: 1025, depth: {depth}}}

@@ -188,16 +188,14 @@ def _segments(config: MooringConfig, *, shallowest: float) -> dict[str, Segment]
             added_mass_coefficient=kind.added_mass_coefficient,
             axial_drag_coefficient=kind.axial_drag_coefficient,
             axial_added_mass_coefficient=kind.axial_added_mass_coefficient,
-            friction=max(
-                bed.friction * bed.friction_damping,
-                *(_damping(config, end, kind.mass_per_length * length) for end in ends),
-            ),
+            friction=bed.friction * bed.friction_damping,
+            decay=max(_decay(config, end, kind.mass_per_length * length) for end in ends),
         )
     return found
 
 
-def _damping(config: MooringConfig, end: str, mass: float) -> float:
-    """Damping [N·s/m] of a node with `mass` [kg] as fast as that of a free point by its drag.
+def _decay(config: MooringConfig, end: str, mass: float) -> float:
+    """Decay rate [1/s] of a free point by its drag, half a segment of `mass` [kg] at it.
 
     0 at other ends.
     """
@@ -206,4 +204,4 @@ def _damping(config: MooringConfig, end: str, mass: float) -> float:
         return 0.0
     density = config.water.density
     whole = point.mass + density * point.volume * point.added_mass_coefficient + mass / 2
-    return density * point.drag_area * FLOW * mass / whole
+    return density * point.drag_area * FLOW / whole

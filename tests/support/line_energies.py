@@ -1,6 +1,6 @@
 """Energy of a line: what its ends and the water put in, what it stores, what dampers take.
 
-Travels inside the FMU: imports the standard library only. World frame, Z up, SI units. The sums are
+World frame, Z up, SI units. The sums are
 those of MoorDyn's own forces (Line.cpp, `getStateDeriv`), from places and velocities of nodes:
 
 - Stored: kinetic energy of inner nodes with their added mass (ends have no inertia), weight and
