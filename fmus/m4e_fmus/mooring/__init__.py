@@ -296,4 +296,11 @@ def _calm(
     return config.in_still_water(), {n: v for n, v in start.items() if not is_of(n, "waves")}
 
 
-KIND = kind_in_water(MooringConfig, build=_build, scene=_scene, at_rest=_calm)
+def _statics(config: MooringConfig, *, folder: Path) -> object:
+    """The outputs of lines at rest, by their inputs."""
+    from m4e_fmus.mooring.statics import statics  # of SciPy
+
+    return statics(config, folder=folder, shown=_nodes)
+
+
+KIND = kind_in_water(MooringConfig, build=_build, scene=_scene, at_rest=_calm, statics=_statics)
