@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         described,
         shown,
     )
+    from m4e_fmi.fmu.export.python_fmu import runtime_files
     from m4e_fmi.fmu.export.selection import matching
     from m4e_fmi.fmu.importer.contents import fmu_contents
     from m4e_fmi.fmu.importer.reading import Description, read_description
@@ -42,6 +43,7 @@ __all__ = [
     "fmu_contents",
     "matching",
     "read_description",
+    "runtime_files",
     "shown",
     "validate_fmu",
 ]
@@ -57,6 +59,7 @@ _MODULES = {
         "described",
         "shown",
     ),
+    "export.python_fmu": ("runtime_files",),
     "export.selection": ("matching",),
     "importer.contents": ("fmu_contents",),
     "importer.reading": ("Description", "read_description"),

@@ -40,9 +40,10 @@ RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
 NOT_IN_FMUS = (
-    *("ensemble.c", "fmus.c", "loop.c", "remote.c", "remote_client.c", "remote_server.c"),
+    *("ensemble.c", "fmus.c", "lines.c", "loop.c"),
+    *("remote.c", "remote_client.c", "remote_server.c"),
 )
-"""Sources for running many models, or a master."""
+"""Sources for running many models, a master, or mooring lines."""
 
 VECTOR_FLAGS = {
     "avx512": ("-mavx512f", "-mprefer-vector-width=512"),

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import moordyn
 import pytest
 from fmpy.validation import validate_fmu
 from support.fmu_instances import Instance, discarded
@@ -114,11 +113,12 @@ def test_the_mooring_fmu_computes_what_the_line_system_computes(
 
 
 def test_waves_are_parameters(files: dict[str, Path], load: Load) -> None:
-    """Without height the water stands still."""
+    """Without height the water stands still, but for rounding at the start."""
     heights = {"wave[1].significant_height": 0.0, "wave[2].height": 0.0}
     calm = load("python", files["waves"]).initialise(heights)
     still = load("python", files["still"]).initialise()
-    assert [moved(calm, k) for k in range(10)] == [moved(still, k) for k in range(10)]
+    for k in range(10):
+        assert moved(calm, k) == pytest.approx(moved(still, k), rel=1e-12)
 
 
 def test_a_current_beyond_the_internal_step_ends_the_run(
@@ -157,14 +157,15 @@ def test_the_folder_of_moordyn_is_in_that_of_its_fmu(
     files: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So what removes the one after a kill removes the other."""
-    seen, init = [], moordyn.Init_NoIC
+    seen, folder = [], tempfile.TemporaryDirectory
 
-    def noted(*arguments: object) -> object:
-        seen.extend(path.relative_to(tmp_path) for path in tmp_path.rglob("m4e_mooring_*"))
-        return init(*arguments)
+    def noted(**options: Any) -> object:
+        if options["prefix"] == "m4e_mooring_":
+            seen.append(Path(options["dir"]).relative_to(tmp_path))
+        return folder(**options)
 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(moordyn, "Init_NoIC", noted)
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", noted)
     part = Component("line", FmuFile(files["still"]))
     run(System("s", (part,), (), Simulation(0.1, 0.05, "gauss_seidel")))
     assert seen

@@ -11,6 +11,7 @@ from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.water_course import WaterCourse
 from m4e_fmi.files.document import Document
 from m4e_fmi.program.python_form import load_python
+from m4e_fmi.runtime.library import library_path
 
 ROPE = """\
 water: {density: 0, depth: 1000}
@@ -55,18 +56,11 @@ def line_system(text: str) -> LineSystem:
 
 def lines_of(made: Mooring, **more: Any) -> LineSystem:
     """The lines of a mooring; `more` as `LineSystem` has it."""
-    fairleads = made.fairleads
-    in_space = any(f.moves_in_space for f in fairleads)
+    in_space = any(f.moves_in_space for f in made.fairleads)
     given = {
-        "fairleads": [None if f.moves_in_space else f.y for f in fairleads],
-        "lines": list(made.lines),
-        "time_step": made.time_step,
-        "net": made.net,
-        "at_rest": made.at_rest,
-        "names": [f.name for f in fairleads],
-        "placed": [f.name for f in fairleads if f.placed],
-        "bed": made.bed,
-        "notes": made.notes,
+        **made.described(),
+        "files": made.files,
+        "runtime": library_path(),
         "course": course(made, in_space=in_space),
     }
     return LineSystem(made.text, **{**given, **more})

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from support.lines_in_waves import lines_of
 from support.static_lines import Line, random_line
 
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.moordyn_system import MooringError
 from m4e_adapters.moordyn.mooring import FREE_STEP
 from m4e_adapters.moordyn.stability import MARGIN
@@ -63,9 +62,7 @@ def holds(moored: Moored, *, share: float, short: np.ndarray) -> bool:
 def tensions(moored: Moored, *, share: float, duration: float) -> np.ndarray:
     """Tensions [N] at the fairlead, with steps of `share` of the longest, until MoorDyn fails."""
     made, step = moored.made, share * moored.longest
-    text, count = re.subn(r"^\S+ dtM$", f"{step!r} dtM", made.text, flags=re.MULTILINE)
-    assert count == 1
-    system = LineSystem(text, fairleads=[0.0], lines=made.lines, time_step=step, net=made.net)
+    system = lines_of(replace(made, time_step=step))
     found = []
     try:
         system.start([_place(moored, 0.0)], [(0.0, 0.0)])

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize, root
+from support.lines_in_waves import lines_of
 
 from m4e_adapters.moordyn import MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.files.document import Document
 
 DENSITY, GRAVITY = 1025.0, 9.80665
@@ -126,9 +126,7 @@ def tension(line: Line) -> float:
 def start_error(line: Line) -> tuple[float, bool]:
     """Tension at the start over that of the equilibrium, less 1, and whether a warning tells."""
     made = mooring(Document.parse(line.text).validate(MooringConfig))
-    system = LineSystem(
-        made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
-    )
+    system = lines_of(made)
     system.start([(line.span, line.high)], [(0.0, 0.0)])
     system.close()
     warned = any("does not start at rest" in text for text in system.warnings)

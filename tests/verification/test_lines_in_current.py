@@ -58,7 +58,7 @@ def test_a_line_rests_in_a_current(profile: str, exponent: float) -> None:
     lines, rest = line_system(TEXT.format(profile=profile)), (0.0, 0.0, 0.0)
     lines.start([tuple(TOP)], [rest])
     assert lines.warnings == []
-    at_start, pull = np.array(lines.force[0]), np.array(lines._moordyn.end_force(0, 0))
+    at_start, pull = np.array(lines.force[0]), np.array(lines.end_force(0, 0))
     for k in range(60):
         lines.advance(0.5 * k, 0.5, [tuple(TOP)], [rest])
     later = np.array(lines.force[0])

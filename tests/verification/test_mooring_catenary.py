@@ -8,6 +8,7 @@ import math
 
 import pytest
 from scipy.optimize import root
+from support.lines_in_waves import lines_of
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
@@ -60,9 +61,7 @@ def touching(span: float, length: float) -> tuple[float, float]:
 def computed(span: float, length: float, segments: int) -> LineSystem:
     text = TEXT.format(span=span, length=length, segments=segments)
     made = mooring(Document.parse(text).validate(MooringConfig))
-    lines = LineSystem(
-        made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
-    )
+    lines = lines_of(made)
     lines.start([(span, 0.0)], [(0.0, 0.0)])
     lines.close()
     return lines

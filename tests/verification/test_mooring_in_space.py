@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.lines_in_waves import lines_of
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
@@ -35,13 +36,7 @@ def turned(x: float, z: float) -> tuple[float, float, float]:
 
 def system(text: str) -> LineSystem:
     made = mooring(Document.parse(text).validate(MooringConfig))
-    return LineSystem(
-        made.text,
-        fairleads=[None if f.moves_in_space else f.y for f in made.fairleads],
-        lines=list(made.lines),
-        time_step=made.time_step,
-        net=made.net,
-    )
+    return lines_of(made)
 
 
 def forces(text: str, place: Any) -> np.ndarray:

@@ -10,9 +10,9 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from support.lines_in_waves import lines_of
 
 from m4e_adapters.moordyn import MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.files.document import Document
 
 MASS, STIFFNESS, LENGTH, GRAVITY = 1e5, 1e9, 100.5, 9.80665
@@ -35,7 +35,7 @@ lines:
 def coupled(step: float, stop: float, *, damping: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) [s] and x, z, vx, vz (n, 4) of velocity Verlet with the rope in MoorDyn."""
     made = mooring(Document.parse(ROPE.format(damping=damping * LENGTH)).validate(MooringConfig))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
+    lines = lines_of(made, net=None)
     count = round(stop / step)
     (x, z), u, w = START, 0.0, 0.0
     lines.start([(x, z)], [(u, w)])

@@ -7,13 +7,14 @@ Both have the same number of segments: what is judged is the start, not the divi
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.lines_in_waves import lines_of
 from support.static_lines import Line, random_line, start_error, tension
 
 from m4e_adapters.moordyn import MooringConfig, mooring, ready_mooring
-from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.files.document import Document
 
 # MoorDyn's stationary solver leaves it at 2.2 kN
@@ -73,14 +74,7 @@ def test_lines_start_at_the_tension_of_their_equilibrium():
 def test_a_line_that_is_not_laid_to_rest_is_told_with_both_tensions():
     text = LIGHT.text + "static_equilibrium: false\n"
     made = mooring(Document.parse(text).validate(MooringConfig))
-    lines = LineSystem(
-        made.text,
-        fairleads=[0.0],
-        lines=made.lines,
-        time_step=made.time_step,
-        net=made.net,
-        at_rest=made.at_rest,
-    )
+    lines = lines_of(made)
     lines.start([(516.0, 0.0)], [(0.0, 0.0)])
     lines.close()
     (warning,) = lines.warnings
@@ -96,9 +90,7 @@ def test_what_moordyn_leaves_is_told_where_the_equilibrium_is_not_found(monkeypa
     rest = tension(LIGHT)
     # MoorDyn relaxes it for as long as the file says: this long, and hardly at all
     for text, accuracy in ((made.text, 0.02), (made.text.replace("200 TmaxIC", "1 TmaxIC"), 0.9)):
-        lines = LineSystem(
-            text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
-        )
+        lines = lines_of(replace(made, text=text))
         lines.start([(516.0, 0.0)], [(0.0, 0.0)])
         lines.close()
         (told,) = [text for text in lines.warnings if "equilibrium was not found" in text]
@@ -144,13 +136,7 @@ def test_a_ready_file_with_a_buoy_starts_at_rest(tmp_path):
     # the body is pitched by 30°: bow down, about +Y, which turns +Z towards +X
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     assert (fairlead.x, fairlead.y, fairlead.z) == pytest.approx((2 - 2 * c, 1, -5 + 2 * s))
-    lines = LineSystem(
-        made.text,
-        fairleads=[1.0],
-        lines=made.lines,
-        time_step=made.time_step,
-        net=made.net,
-    )
+    lines = lines_of(made)
     at, rest = [(fairlead.x, fairlead.z)], [(0.0, 0.0)]
     lines.start(at, rest)
     assert lines.warnings == []

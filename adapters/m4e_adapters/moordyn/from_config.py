@@ -54,6 +54,7 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         net=_net(config, segments),
         at_rest=config.static_equilibrium,
         bed=-water.depth,
+        scheme=config.solver.scheme,
         sea=sea,
         fastest=fastest_water(moving, scheme=config.solver.scheme, step=step),
     )

@@ -4,7 +4,7 @@ Travels inside the FMU: imports the standard library and its neighbours that tra
 frame, X right and Z up, SI units. Positions, velocities and forces of fairleads are (x, z), with a
 fixed y, or (x, y, z).
 
-MoorDyn 2.7.2 has habits that this module answers:
+MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
 
 - `Step` returns the force of its last internal stage, which for RK2 lies half an internal step
   before the end, and 0 before the first step. Every step here ends with a vanishing one, so the
@@ -13,12 +13,13 @@ MoorDyn 2.7.2 has habits that this module answers:
   Their path is therefore a parabola, taken in pieces of a few internal steps.
 - Its static solution is often wrong. Lines start in the equilibrium that `rest` finds; where it
   finds none, as with free bodies, MoorDyn looks for one, and warnings tell how far it is off.
+- What parts a line in MoorDyn cannot be taken back: see `MoorDynSystem.part`.
 """
 
-from math import ceil, hypot, inf, isfinite
-from operator import sub
+from itertools import chain
+from math import dist, hypot, inf, isfinite
 
-from .moordyn_system import MoorDynSystem, in_space, warnings_in
+from .moordyn_system import MoorDynSystem, warnings_in, with_free_ends
 from .plausibility import (
     above_water,
     below_seabed,
@@ -28,9 +29,6 @@ from .plausibility import (
 )
 from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
 
-START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
-LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
-PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
@@ -43,14 +41,18 @@ class LineSystem:
     Parameters
     ----------
     text
-        MoorDyn v2 input file; its coupled objects are points only.
+        MoorDyn v2 input file.
+    runtime
+        Path of the runtime's library.
     fairleads
-        The fixed y coordinate [m] of each coupled point, in MoorDyn's order; None of those that
-        move in space.
+        The fixed y coordinate [m] of each fairlead, in the order of MoorDyn's coupled objects;
+        None of those that move in space.
     lines
         The names of the lines, in MoorDyn's order.
     time_step
-        MoorDyn's internal step [s], as in `text`.
+        The longest internal step [s].
+    lag
+        Internal steps from the last stage of MoorDyn's scheme to the end of a step.
     net
         Points and lines as `rest.net_at` takes them; None if MoorDyn alone knows their equilibrium.
     at_rest
@@ -58,27 +60,26 @@ class LineSystem:
     names, placed
         The names of the fairleads, and those that have a place of their own.
     bed
-        z [m] of the seabed, None if it is not known.
+        z [m] of the seabed.
     drawn
         Name and place [m] of the fairleads in a file that somebody else wrote, in its order.
     notes
         Warnings of every start.
+    files, ends, axes, inert, moving, winches
+        As of `MoorDynSystem`; no `ends`: one each, no `axes`: no rods.
+    failures
+        Ends of lines that part from what they are at, together: (line, end) numbers from 0, end 1
+        for B; and the time [s] and tension [N] at which they do, None for never by itself.
     course
         The motion of the water at the nodes, a `water_course.WaterCourse`; None if it stands still.
-    parting
-        Ends of lines that may part from a fairlead: number of the line, end (0 for A, 1 for B), and
-        number of the fairlead.
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
 
     Attributes
     ----------
-    force
-        Force [N] of the lines on the body at each fairlead, (F_x, F_z) or (F_x, F_y, F_z).
-    fairlead_tension, anchor_tension
-        Magnitude [N] of the force that ends B and A of each line exert on what holds them.
-        Second order accurate in the segment length, because the weight of half a segment is in it.
+    parted
+        Numbers of the failures that have happened, in their order.
     warnings
         Those of the last start.
     """
@@ -87,40 +88,59 @@ class LineSystem:
         self,
         text,
         *,
+        runtime,
         fairleads,
         lines,
         time_step,
-        net=None,
-        at_rest=True,
-        names=None,
-        placed=None,
-        bed=None,
+        lag,
+        net,
+        at_rest,
+        names,
+        placed,
+        bed,
         drawn=(),
         notes=(),
-        parting=(),
+        files=None,
+        ends=(),
+        axes=(),
+        inert=False,
+        moving=False,
+        winches=(),
+        failures=(),
         course=None,
         place=None,
     ):
         self._y = [None if y is None else float(y) for y in fairleads]
-        self._course = course
+        self._text, self._course = text, course
+        ends = ends or [1] * len(self._y)
         self._moordyn = MoorDynSystem(
-            text, y=self._y, lines=len(lines), place=place, moving_water=course is not None
+            text,
+            files=files or {},
+            runtime=runtime,
+            ends=ends,
+            axes=axes or [(0.0, 0.0, 0.0)] * len(ends),
+            inert=inert,
+            moving=moving or course is not None,
+            lines=len(lines),
+            fixed=self._y,
+            winches=winches,
+            time_step=time_step,
+            lag=lag,
+            place=place,
+            course=course,
         )
-        self._names = list(lines)
-        self._fairleads = names or [f"fairlead_{k + 1}" for k in range(len(self._y))]
-        self._placed = self._fairleads if placed is None else placed
-        self._bed = -inf if bed is None else bed
-        self._piece = PIECE * time_step
-        self._net = net
-        self._at_rest = at_rest
-        self._drawn = drawn
-        self._notes = list(notes)
-        self._parting = list(parting)
-        self._pulls = []  # forces [N] of the ends that may part
-        self._motion: dict = {}
-        self.force: list = []
-        self.fairlead_tension = []
-        self.anchor_tension = []
+        self._names, self._fairleads, self._placed = list(lines), names, placed
+        self._bed, self._net, self._at_rest = bed, net, at_rest
+        self._drawn, self._notes = drawn, list(notes)
+        self._winches, self._failures = winches, failures
+        self._buoyant = {
+            point: (line, end)
+            for line, one in enumerate(net["lines"] if net else ())
+            for end, point in enumerate(one["ends"])
+            if net["points"][point].get("buoyancy") and net["points"][point]["force"] is not None
+        }  # free points, and an end there
+        self._falling = any(time is not None or limit is not None for _, time, limit in failures)
+        self.parted = []
         self.warnings = []
         self._stretched = set()  # the lines that were too long when last looked at
         self._surfaced = set()  # the free points that were above the water when last looked at
@@ -130,30 +150,67 @@ class LineSystem:
         """True between `start` and `close`."""
         return self._moordyn.running
 
-    def start(self, position, velocity, t=0.0):
+    @property
+    def force(self):
+        """Force [N] of the lines on the body at each fairlead, (F_x, F_z) or (F_x, F_y, F_z)."""
+        force = self._moordyn.force
+        return [
+            (force[3 * k], force[3 * k + 2]) if y is not None else tuple(force[3 * k : 3 * k + 3])
+            for k, y in enumerate(self._y)
+        ]
+
+    def end_force(self, line, end):
+        """Force [N] of end A (0) or B (1) of a line, counted from 0, on what holds it; (3,).
+
+        Second order accurate in the segment length, because the weight of half a segment is in it.
+        It is 0 once the end has parted.
+        """
+        if self.parted and (line, end) in self._gone():
+            return (0.0, 0.0, 0.0)
+        at = 6 * line + 3 * end
+        return tuple(self._moordyn.end_force[at : at + 3])
+
+    def tensions(self):
+        """Magnitudes [N] of the forces at ends A, and at ends B, of the lines."""
+        if self.parted:
+            ends = [[self.end_force(k, end) for k in range(len(self._names))] for end in (0, 1)]
+        else:
+            force = self._moordyn.end_force[:]
+            ends = [[force[k : k + 3] for k in range(3 * end, len(force), 6)] for end in (0, 1)]
+        return [[hypot(*force) for force in of_end] for of_end in ends]
+
+    @property
+    def anchor_tension(self):
+        """Magnitude [N] of the force at end A of each line."""
+        return self.tensions()[0]
+
+    @property
+    def fairlead_tension(self):
+        """Magnitude [N] of the force at end B of each line."""
+        return self.tensions()[1]
+
+    def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
 
-        Lines are at rest, in the equilibrium without waves. MooringError if MoorDyn cannot start
-        there.
+        `winch` are the lengths [m] of lines that have one. Lines are at rest, in the equilibrium
+        without waves. MooringError if MoorDyn cannot start there.
         """
         position = [tuple(p) for p in position]
-        velocity = [tuple(v) for v in velocity]
+        pairs = zip(position, self._y, strict=True)
+        flat = [x for place, y in pairs for x in in_space(place, y)]
         net, found = None, False
-        if self._net is not None and all(isfinite(c) for place in position for c in place):
-            places = [in_space(place, y) for place, y in zip(position, self._y, strict=True)]
-            net = net_at(self._net, places)
+        if self._net is not None and all(map(isfinite, flat)):
+            net = net_at(self._net, _points(flat), dict(zip(self._winches, winch, strict=False)))
             found = net.settle_in(self._course.current) if self._course else net.settle()
         if found and self._at_rest:
-            report = self._moordyn.create(position, search=False, net=net)
+            report = self._moordyn.create(flat, search=False, net=net)
         else:
-            report = self._moordyn.create(position, search=True)
-        # MoorDyn's static solution would let fairleads with a velocity drift away
-        rest = _still(position)
-        self._motion = {"position": position, "velocity": rest, "age": 0.0, "given": rest}
-        self._motion |= {"time": 0.0, "last": START_STEP}
+            report = self._moordyn.create(flat, search=True)
+        self.parted = []
+        self._moordyn.set_lengths(winch)
         if self._course:
             self._course.be_calm(self._moordyn)
-        self._evaluate(rest)
+        self._moordyn.evaluate()
         self.warnings = [
             *self._notes,
             *unplaced(self._fairleads, position, self._placed),
@@ -165,69 +222,66 @@ class LineSystem:
         ]
         if self._course:
             self._course.begin(self._moordyn, t)
-            self._evaluate(rest)
+            self._moordyn.evaluate()
+        self._part_where_due(t)
         self.settle(velocity)
-        shortest = min(self._moordyn.lengths)
+        shortest = min(self._moordyn.lengths, default=inf)
         self.warnings += misplaced(self._drawn, position, shortest=shortest)
         remedy = "check the initial positions of its fairleads, and its length"
         self.warnings += self._beyond(START_STRAIN, remedy).values()
         self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
         self._surfaced = set()
 
-    def advance(self, t, h, position, velocity):
+    def advance(self, t, h, position, velocity, winch=()):
         """Advance from t over h [s]: fairleads end at position + velocity·h. MooringError.
 
         `position` [m] is meant at t, `velocity` [m/s] is the mean of the step. Where MoorDyn's
         fairlead is elsewhere at t, its velocity is adjusted so that the end coincides. The path is
         a parabola, from the velocity that was given at t by `settle`, else from the mean of the
-        step before in its middle; the velocity at the end is then its own.
+        step before in its middle; the velocity at the end is then its own. `winch` are length [m]
+        at t and its rate [m/s] of each line that has a winch.
         """
-        motion, starts = self._motion, self._motion["position"]
-        ends = _each(lambda x, u: x + u * h, position, velocity)
-        mean = _each(lambda start, end: (end - start) / h, starts, ends)
-        # from what was the velocity `age` before the start, to the mean in the middle of the step
-        lead = h / 2 + motion["age"]
-        bend = _each(lambda mean, before: (mean - before) / lead, mean, motion["velocity"])
-        last, count = LAST_PART * h, max(1, ceil(h / self._piece))
-        bounds = [h * k / count for k in range(count)] + [h - last]
-        way = [
-            _each(lambda x, u, a, s=s: x + u * s - a / 2 * s * (h - s), starts, mean, bend)
-            for s in bounds
-        ]
-        times = [t + bound for bound in bounds]
-        for k in range(count):
-            size = bounds[k + 1] - bounds[k]
-            chord = _each(lambda start, end, size=size: (end - start) / size, way[k], way[k + 1])
-            if self._course:
-                self._course.apply(self._moordyn, times, k)
-            self._moordyn.step(way[k], chord, t + bounds[k], size)
-        self._motion = {"position": ends, "velocity": mean, "age": h / 2, "time": t + h}
-        self._motion |= {"last": last, "given": [tuple(v) for v in velocity]}
-        self._evaluate(_each(lambda u, a: u + a * h / 2, mean, bend))
+        place, speed = list(chain.from_iterable(position)), list(chain.from_iterable(velocity))
+        self._moordyn.advance(t, h, place, speed, winch)
+        if self._falling:
+            self._part_where_due(t + h)
 
     def settle(self, velocity):
         """Let the fairleads have this velocity [m/s] now, if it is another than was given last.
 
         Forces follow: the axial damping of a line and the drag on its end depend on it.
         """
-        velocity = [tuple(v) for v in velocity]
-        if velocity != self._motion["given"]:
-            self._motion |= {"velocity": velocity, "age": 0.0, "given": velocity}
-            self._evaluate(velocity)
+        self._moordyn.settle(list(chain.from_iterable(velocity)))
 
-    def without(self, parted):
-        """Forces, fairlead tensions and anchor tensions with some lines parted.
+    def part(self, failure):
+        """Let the ends of a failure, by its number, part from what they are at, unless they have.
 
-        `parted` has the share by which a line has parted, by its number: 1 is all of it.
+        They go on at a free point of their own.
         """
-        force, tensions = list(self.force), (self.fairlead_tension, self.anchor_tension)
-        for (line, _, fairlead), pull in zip(self._parting, self._pulls, strict=True):
-            if line in parted:
-                force[fairlead] = tuple(
-                    f - parted[line] * p for f, p in zip(force[fairlead], pull, strict=True)
-                )
-        left = [1 - parted.get(line, 0.0) for line in range(len(self._names))]
-        return force, *([a * x for a, x in zip(left, one, strict=True)] for one in tensions)
+        if failure not in self.parted:
+            ends = [self._moordyn.end_motion(*end) for end in self._parting(failure)[:1]]
+            self.parted.append(failure)
+            self._moordyn.part(self._parted_text(), ends)
+
+    def _parting(self, failure):
+        """(line, end) of the ends of a failure."""
+        return [tuple(end) for end in self._failures[failure][0]]
+
+    def _gone(self):
+        """(line, end) of all that have parted."""
+        return [end for k in self.parted for end in self._parting(k)]
+
+    def _parted_text(self):
+        return with_free_ends(self._text, [self._parting(k) for k in self.parted])
+
+    def _part_where_due(self, t):
+        for k, (ends, time, tension) in enumerate(self._failures):
+            late = time is not None and t >= time
+            torn = tension is not None and any(
+                hypot(*self.end_force(*end)) >= tension for end in ends
+            )
+            if late or torn:
+                self.part(k)
 
     def node_position(self, line, node):
         """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
@@ -236,12 +290,9 @@ class LineSystem:
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
         return {
-            "system": self._moordyn.state(),
-            "motion": {key: _copied(value) for key, value in self._motion.items()},
-            "force": _copied(self.force),
-            "fairlead_tension": list(self.fairlead_tension),
-            "anchor_tension": list(self.anchor_tension),
-            "pulls": _copied(self._pulls),
+            "system": self._moordyn.saved(),
+            "state": bytes(self._moordyn.state),
+            "parted": list(self.parted),
             "water": self._course.now if self._course else [],
         }
 
@@ -250,42 +301,16 @@ class LineSystem:
 
         MooringError if it is of other lines.
         """
-        if not self._moordyn.running:
-            position = saved["motion"]["position"]
-            self._moordyn.create(position, search=False)
-            self._moordyn.step(position, _still(position), 0.0, START_STEP)
-        self._moordyn.set_state(saved["system"])
-        self._motion = {key: _copied(value) for key, value in saved["motion"].items()}
-        self.force = _copied(saved["force"])
-        self.fairlead_tension = list(saved["fairlead_tension"])
-        self.anchor_tension = list(saved["anchor_tension"])
-        self._pulls = _copied(saved["pulls"])
+        if not self._moordyn.running or self.parted != saved["parted"]:
+            self.parted = list(saved["parted"])
+            self._moordyn.recreate(self._parted_text(), saved["state"])
+        self._moordyn.take_back(saved["system"], saved["state"])
         if self._course:
             self._course.now = saved["water"]
 
     def close(self):
         """Free MoorDyn's memory and files; the object can be started again."""
         self._moordyn.close()
-
-    def _evaluate(self, velocity):
-        """Take the last part of the step, with this velocity, and read the forces at its end."""
-        t, h, ends = (self._motion[key] for key in ("time", "last", "position"))
-        begins = _each(lambda end, speed: end - speed * h, ends, velocity)
-        if self._course:
-            self._moordyn.set_water(*self._course.now)
-        force = self._moordyn.step(begins, velocity, t - h, h)
-        forces = [tuple(force[k : k + 3]) for k in range(0, len(force), 3)]
-        self.force = [self._seen(k, whole) for k, whole in enumerate(forces)]
-        self.anchor_tension, self.fairlead_tension = self._moordyn.end_tensions()
-        self._pulls = [
-            self._seen(fairlead, self._moordyn.end_force(line, end))
-            for line, end, fairlead in self._parting
-        ]
-
-    def _seen(self, fairlead, force) -> tuple:
-        """The components of a force (3,) that a fairlead has."""
-        x, y, z = force
-        return (x, y, z) if self._y[fairlead] is None else (x, z)
 
     def _unrest(self, net):
         """A text for each line that does not start at rest; `net` is its equilibrium, if known."""
@@ -303,25 +328,22 @@ class LineSystem:
 
     def surfaced(self):
         """A text for each buoyant free point that came above the water since the last call."""
-        points = [] if self._net is None else self._net["points"]
-        heights = {}
-        for k, line in enumerate([] if self._net is None else self._net["lines"]):
-            for end, point in enumerate(line["ends"]):
-                if points[point]["force"] is not None:
-                    heights[point] = self._moordyn.end_position(k, end)[2]
-        found = above_water(points, heights)
+        if not self._buoyant:
+            return []
+        heights = {
+            point: self._moordyn.end_place[6 * line + 3 * end + 2]
+            for point, (line, end) in self._buoyant.items()
+            if (line, end) not in self._gone()
+        }
+        found = above_water(self._net["points"], heights)
         texts = [text for k, text in found.items() if k not in self._surfaced]
         self._surfaced = set(found)
         return texts
 
-    def overstretched(self, parted=()):
-        """A text for each line that is stretched far beyond its length since the last call.
-
-        Lines whose numbers are among `parted` are left out.
-        """
+    def overstretched(self):
+        """A text for each line that is stretched far beyond its length since the last call."""
         remedy = "check its length and stiffness, and the forces on the body"
         found = self._beyond(LARGE_STRAIN, remedy)
-        found = {k: text for k, text in found.items() if k not in parted}
         texts = [text for k, text in found.items() if k not in self._stretched]
         self._stretched = set(found)
         return texts
@@ -329,9 +351,9 @@ class LineSystem:
     def _beyond(self, strain, remedy):
         """A text, by number, for each line with ends further apart than (1 + strain)·length."""
         texts = {}
+        place = self._moordyn.end_place[:]
         for k, length in enumerate(self._moordyn.lengths):
-            a, b = (self._moordyn.end_position(k, end) for end in (0, 1))
-            distance = hypot(*map(sub, a, b))
+            distance = dist(place[6 * k : 6 * k + 3], place[6 * k + 3 : 6 * k + 6])
             if distance > (1 + strain) * length:
                 texts[k] = (
                     f"the ends of {self._names[k]} are {distance:.6g} m apart, "
@@ -341,15 +363,10 @@ class LineSystem:
         return texts
 
 
-def _each(formula, *pairs):
-    """`formula` for each coordinate of each fairlead."""
-    return [tuple(map(formula, *of_one)) for of_one in zip(*pairs, strict=True)]
+def in_space(place, y):
+    """(x, y, z) of (x, y, z), or of (x, z) and a fixed y."""
+    return tuple(place) if len(place) == 3 else (place[0], y, place[1])
 
 
-def _still(position):
-    """A velocity of zero for each fairlead."""
-    return [(0.0,) * len(place) for place in position]
-
-
-def _copied(value):
-    return [tuple(item) for item in value] if isinstance(value, list) else value
+def _points(flat):
+    return [flat[k : k + 3] for k in range(0, len(flat), 3)]

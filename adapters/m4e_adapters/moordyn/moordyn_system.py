@@ -1,54 +1,128 @@
 """One system in MoorDyn's memory: created, stepped, saved, freed.
 
-Travels inside the FMU: imports the standard library, `moordyn` and its neighbours that travel as
-well. SI units; positions, velocities and forces are in the world frame, Z up.
+Travels inside the FMU: imports the standard library and its neighbours that travel as well. SI
+units; positions, velocities and forces are in the world frame, Z up, x, y, z of one fairlead after
+the other. MoorDyn's C functions and the loop over them (`lines.c` of the runtime) are called by
+ctypes; `import moordyn` only finds them.
 
 MoorDyn 2.7.2 has habits that this module answers:
 
-- `Deserialize`, `SaveState` and `LoadState` release a reference to `None` that they do not own; it
-  is taken again.
 - `Serialize` turns numbers below 2e-308 (as of a line that leaves its plane by rounding) into
   numbers of 1e300; they are made 0.
-- With water that moves, a node that is not a number ends the process; nodes are looked at.
+- What breaks a line cannot be taken back: a system with parted lines is another one, with ends on
+  points of their own, that gets the state of the old one.
 - It writes to the console whatever its options say, and a file beside its input.
 """
 
 import contextlib
 import ctypes
+import importlib.util
 import os
 import re
 import sys
 import tempfile
 from array import array
-from math import hypot, isfinite
+from ctypes import byref, c_double, c_int, c_int32, c_size_t, c_uint32, c_void_p
+from functools import cache
+from itertools import chain
+from math import hypot, isfinite, nan
 from pathlib import Path
 
-from .rest import with_nodes
+from .rest import with_nodes, with_points
 
 INSTALL = "pip install moordyn==2.7.2"
-DENORMAL, SMALL_NEGATIVE = 0xFCD << 52, 2**64 - 2**31  # words from the first on; whole numbers
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 FIRST_GUESS = "Catenary initial profile"  # of no interest where the equilibrium is known
 WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's report that warns
 SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
+START_STEP = 1e-12  # [s] length of the call that evaluates the forces at the start
+SILENT = 0xFFFF  # log level of no messages
+CLOCK = 3  # numbers of the state before those of fairleads
+FAILURES = {
+    1: "MoorDyn reports an error",
+    2: "a force or a place is not a finite number",
+    3: "the motion of the water is not known",
+}
 
 
 class MooringError(RuntimeError):
     """MoorDyn could not do what was asked; the text says what, when and what to try."""
 
 
-class _NotInstalled:
-    """Stand-in for MoorDyn that raises where it is used: an import error would end the host."""
+class Lines(ctypes.Structure):
+    """`m4e_lines` of lines.h."""
 
-    def __getattr__(self, _):
+    _fields_ = [
+        *((name, c_void_p) for name in (
+            "step", "set_dt", "set_water", "node_position", "node_force", "set_length", "set_rate",
+            "sample", "system", "line", "segments", "ends", "axes", "fixed", "winch",
+        )),
+        *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
+        *((name, c_int32) for name in ("inert", "moving")),
+        *((name, c_double) for name in ("longest", "interval", "lag")),
+        *((name, c_void_p) for name in ("water", "state", "work")),
+    ]  # fmt: skip
+
+
+_CALLED = {
+    "step": "Step",
+    "set_dt": "SetDt",
+    "set_water": "ExternalWaveKinSet",
+    "node_position": "GetLineNodePos",
+    "node_force": "GetLineNodeForce",
+    "set_length": "SetLineUnstretchedLength",
+    "set_rate": "SetLineUnstretchedLengthVel",
+}
+"""Field of `Lines` → MoorDyn's function."""
+_SAMPLE = ctypes.CFUNCTYPE(c_int, c_double, c_double)
+_UNSIGNED, _VECTOR = c_uint32, c_double * 3
+_RESULTS = {"Create": c_void_p, "GetLine": c_void_p}
+_ARGUMENTS = {
+    "Create": (ctypes.c_char_p,),
+    **dict.fromkeys(("Init", "Init_NoIC"), (c_void_p, c_void_p, c_void_p)),
+    **dict.fromkeys(("SaveState", "LoadState"), (c_void_p, ctypes.c_char_p)),
+    "Close": (c_void_p,),
+    "SetVerbosity": (c_void_p, c_int),
+    "GetLine": (c_void_p, _UNSIGNED),
+    "GetLineN": (c_void_p, c_void_p),
+    "GetLineUnstretchedLength": (c_void_p, c_void_p),
+    "Serialize": (c_void_p, c_void_p, c_void_p),
+    "Deserialize": (c_void_p, ctypes.c_char_p),
+    **dict.fromkeys(
+        ("GetLineNodePos", "GetLineNodeVel", "GetLineNodeForce", "GetLineNodeTen"),
+        (c_void_p, _UNSIGNED, c_void_p),
+    ),
+    "ExternalWaveKinInit": (c_void_p, c_void_p),
+    "ExternalWaveKinGetCoordinates": (c_void_p, c_void_p),
+}
+
+
+@cache
+def moordyn():
+    """MoorDyn's library; MooringError if it is not installed."""
+    found = importlib.util.find_spec("moordyn")
+    folder = Path(found.origin).parents[1] if found and found.origin else Path()
+    places = [*folder.glob("moordyn.libs/*moordyn*"), *folder.glob("moordyn/.dylibs/*moordyn*")]
+    if not places:
         raise MooringError(f"MoorDyn is not installed for {sys.executable}: {INSTALL}")
+    library = ctypes.CDLL(str(places[0]))
+    for name, arguments in _ARGUMENTS.items():
+        function = getattr(library, f"MoorDyn_{name}")
+        function.argtypes, function.restype = arguments, _RESULTS.get(name, c_int)
+    return library
 
 
-try:
-    import cmoordyn
-    import moordyn
-except ImportError:
-    moordyn = cmoordyn = _NotInstalled()
+@cache
+def _runtime(path):
+    """The runtime's library at `path`, kept for the process: the folder may go."""
+    library = ctypes.CDLL(str(path))
+    vectors = {"evaluate": 1, "settle": 1, "advance": 3}
+    for name, count in vectors.items():
+        times = (c_double, c_double) if name == "advance" else ()
+        function = getattr(library, f"m4e_lines_{name}")
+        function.argtypes = (ctypes.POINTER(Lines), *times, *[c_void_p] * count)
+    library.m4e_lines_clean.argtypes = (c_void_p, c_size_t)
+    return library
 
 
 class MoorDynSystem:
@@ -57,31 +131,101 @@ class MoorDynSystem:
     Parameters
     ----------
     text
-        MoorDyn v2 input file; its coupled objects are points only.
-    y
-        The fixed y coordinate [m] of each coupled point, in MoorDyn's order, None of one that moves
-        in space: its positions, velocities and forces have three components, others two (x, z).
+        MoorDyn v2 input file, one row a line.
+    files
+        Name and content of the files that `text` names.
+    runtime
+        Path of the runtime's library.
+    ends
+        Of each coupled object in MoorDyn's order 1, or 2 for a rod, whose ends are two fairleads.
+    axes
+        Of each coupled object the direction (x, y, z) of a rod as drawn.
+    inert
+        True if coupled objects have masses of their own (rods, pinned ends).
+    moving
+        True if the water moves.
     lines
         The number of lines.
+    fixed
+        The fixed y coordinate [m] of each fairlead, None of those that move in space.
+    winches
+        Numbers, from 0, of the lines whose length is set.
+    time_step
+        The longest internal step [s].
+    lag
+        Internal steps from the last stage of MoorDyn's scheme to the end of a step.
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
-    moving_water
-        True if the water moves as `set_water` says: then `text` has WaveKin 1.
+    course
+        The motion of the water at the nodes, a `water_course.WaterCourse`; None if it stands
+        still, or moves as `text` says.
 
     Attributes
     ----------
     lengths, segments
         Unstretched length [m] and number of segments of each line.
+    force, end_force, end_place
+        Forces [N] on fairleads, and of ends A and B of each line on what holds them, and the places
+        [m] of these ends: flat.
     """
 
-    def __init__(self, text, *, y, lines, place, moving_water=False):
-        self._text, self._y, self._count, self._place = text, y, lines, place
-        self._moving_water = moving_water
+    def __init__(self, text, *, files, runtime, ends, axes, inert, moving, lines, fixed,
+                 winches, time_step, lag, place, course):  # fmt: skip
+        self._text, self._files, self._place = text, files, place
+        self._lines_count, self._winches = lines, list(winches)
+        self._fairleads, self._library = sum(ends), _runtime(runtime)
         self._system = None
         self._folder: tempfile.TemporaryDirectory[str] | None = None
-        self._lines, self.lengths, self.segments = [], [], []
+        self.lengths, self.segments = [], []
         self._size = 0  # bytes of a saved state
+        self.course = course
+        self._failure: Exception | None = None  # of the motion of the water
+        count, room = 3 * self._fairleads, CLOCK + 15 * self._fairleads + 12 * lines
+        self.state = (c_double * (room + len(self._winches)))()
+        sizes = ctypes.sizeof(c_double)
+        view = (c_double * count).from_buffer
+        self.force = view(self.state, (CLOCK + 3 * count) * sizes)
+        self.position = view(self.state, CLOCK * sizes)
+        self.end_force = (c_double * (6 * lines)).from_buffer(
+            self.state, (CLOCK + 5 * count) * sizes
+        )
+        self.end_place = (c_double * (6 * lines)).from_buffer(
+            self.state, (CLOCK + 5 * count + 6 * lines) * sizes
+        )
+        self._arrays = {
+            "line": (c_void_p * lines)(),
+            "segments": (c_uint32 * lines)(),
+            "ends": (c_uint32 * len(ends))(*ends),
+            "axes": (c_double * (3 * len(ends)))(*chain.from_iterable(axes)),
+            "fixed": (c_double * self._fairleads)(*[nan if y is None else y for y in fixed]),
+            "winch": (c_uint32 * len(self._winches))(*self._winches),
+            "state": self.state,
+            "work": (c_double * (11 * count))(),
+        }
+        self._sample = _SAMPLE(self._sampled)
+        self._lines = Lines(
+            lines=lines,
+            fairleads=self._fairleads,
+            objects=len(ends),
+            winches=len(self._winches),
+            inert=inert,
+            moving=moving,
+            longest=time_step,
+            interval=course.longest if course else float("inf"),
+            lag=lag,
+            sample=ctypes.cast(self._sample, c_void_p),
+            **{name: ctypes.cast(values, c_void_p) for name, values in self._arrays.items()},
+            **{
+                field: ctypes.cast(getattr(moordyn(), f"MoorDyn_{name}"), c_void_p)
+                for field, name in _CALLED.items()
+            },
+        )
+
+        self._at = byref(self._lines)
+        given = c_double * (count - sum(y is not None for y in fixed))
+        self._position, self._velocity = given(), given()
+        self._winch = (c_double * (2 * len(self._winches)))()
 
     @property
     def running(self):
@@ -89,164 +233,304 @@ class MoorDynSystem:
         return self._system is not None
 
     def create(self, position, *, search, net=None):
-        """Make the system with fairleads at these places [m]; return what MoorDyn wrote.
+        """Make the system with fairleads at these places [m], at rest; return what MoorDyn wrote.
 
         With `search` MoorDyn looks for the equilibrium of the lines; else they begin straight, or
         with their nodes as in `net`. MooringError if that fails.
         """
-        initialise = moordyn.Init if search else moordyn.Init_NoIC
         self.close()
-        # a .out file appears beside the input, so every system has a folder of its own
-        self._folder = _new_folder(self._place)
-        path = Path(self._folder.name) / "lines.txt"
-        path.write_text(self._text, encoding="utf-8")
+        folder = self._written(self._text)
         with console_kept() as console:
-            try:
-                self._system = moordyn.Create(str(path))
-                at, rest = self._vector(position), [0.0] * (3 * len(self._y))
-                failed = initialise(self._system, at, rest) != 0
-                if net is not None:
-                    self._put_nodes(path.with_suffix(".state"), net)
-            except (RuntimeError, ValueError) as error:
-                failed = True
-                console.write(f"\n{error}\n".encode())
+            failed = self._made(folder, position, search)
+            if not failed and net is not None:
+                self._transfer(folder, lambda state: with_nodes(state, net))
         if failed:
             self.close()
             raise MooringError(_not_started(position, console.text))
-        if os.name == "posix":  # open files need no name, and a kill leaves none
-            self._folder.cleanup()
-        moordyn.SetVerbosity(self._system, moordyn.LEVEL_NONE)
-        self._lines = [moordyn.GetLine(self._system, k + 1) for k in range(self._count)]
-        self.segments = [moordyn.GetLineN(line) for line in self._lines]
-        self.lengths = [moordyn.GetLineUnstretchedLength(line) for line in self._lines]
-        self._size = 0
-        if self._moving_water:
-            moordyn.ExternalWaveKinInit(self._system)
+        self._ready(position)
         return console.text
 
-    def _put_nodes(self, path, net):
-        moordyn.SaveState(self._system, str(path))
-        path.write_bytes(with_nodes(path.read_bytes(), net))
-        moordyn.LoadState(self._system, str(path))
-        for _ in range(2):
-            _take_none()
+    def part(self, text, points):
+        """Go on as the system of `text`, which has free points more, at (position, velocity).
 
-    def step(self, position, velocity, t, h):
-        """Forces [N] (x, y, z of one fairlead after the other) of a step from t over h [s].
-
-        Fairleads are at `position` [m] at its start and keep the `velocity` [m/s]. MooringError if
-        MoorDyn fails or a force is not finite.
+        Its other objects are where they are; `points` are flat, [m] and [m/s].
         """
-        try:
-            force = moordyn.Step(
-                self._system, self._vector(position), self._vector(velocity, 0.0), t, h
-            )
-        except (RuntimeError, ValueError) as error:
-            raise MooringError(_broken(t, str(error))) from None
-        if not all(map(isfinite, force)):
-            raise MooringError(_broken(t, "a force is not finite"))
-        if self._moving_water:
-            self._look_at_nodes(t)
-        # before its first step MoorDyn would write a time that it has not set, and never ends with
-        # an infinite one
-        if not self._size:
-            self._size = len(moordyn.Serialize(self._system))
-        return force
+        before = self._system, self._folder
+        old = self._state_file()
+        self._system, self._folder = None, None
+        folder = self._written(text)
+        with console_kept() as console:
+            failed = self._made(folder, list(self.position), search=False)
+            if not failed:
+                extended = with_points(old, points, self._lines_count)
+                self._transfer(folder, lambda _: extended)
+        moordyn().MoorDyn_Close(before[0])
+        if before[1] is not None:
+            before[1].cleanup()
+        if failed:
+            self.close()
+            raise MooringError(f"a line cannot be parted: {console.text}")
+        self._connect()
+        velocity = self.state[CLOCK + len(self.position) : CLOCK + 2 * len(self.position)]
+        self.evaluate(velocity)
 
-    def _look_at_nodes(self, t):
-        """MooringError if a node is not a number, as MoorDyn itself says."""
-        try:
-            for line, last in zip(self._lines, self.segments, strict=True):
-                for k in range(1, last):
-                    moordyn.GetLineNodePos(line, k)
-        except RuntimeError as error:
-            raise MooringError(_broken(t, str(error))) from None
+    def recreate(self, text, state):
+        """Begin anew with `text`, at the fairleads of a `state`, for `take_back`."""
+        self.close()
+        self.state[:] = array("d", state)
+        folder = self._written(text)
+        with console_kept() as console:
+            failed = self._made(folder, list(self.position), search=False)
+        if failed:
+            raise MooringError(_not_started(list(self.position), console.text))
+        self._connect()
+        self.state[1] = START_STEP
+        self.evaluate()  # before its first step MoorDyn would write a time that it has not set
 
-    def _vector(self, places, y=None):
-        ys = self._y if y is None else [y] * len(self._y)
-        pairs = zip(places, ys, strict=True)
-        return [c for place, y in pairs for c in in_space(place, y)]
+    def end_motion(self, line, end):
+        """(x, y, z) [m] and velocity [m/s] of end A (0) or B (1) of a line: six numbers."""
+        node = end * self.segments[line]
+        return [*self.node_position(line, node), *self.node_velocity(line, node)]
+
+    def set_lengths(self, lengths):
+        """Let the lines with a winch have these lengths [m]."""
+        first = len(self.state) - len(self._winches)
+        self.state[first:] = lengths
+
+    def _state_file(self):
+        """The bytes of a state file of the system as it is."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "lines.state"
+            with console_kept():
+                moordyn().MoorDyn_SaveState(self._system, str(path).encode())
+            return path.read_bytes()
+
+    def _written(self, text):
+        # a .out file appears beside the input, so every system has a folder of its own
+        self._folder = _new_folder(self._place)
+        folder = Path(self._folder.name)
+        (folder / "lines.txt").write_text(text, encoding="utf-8")
+        for name, content in self._files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
+        return folder
+
+    def _made(self, folder, position, search):
+        """Let MoorDyn begin there; True if it fails."""
+        library = moordyn()
+        self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
+        if not self._system:
+            return True
+        initialise = library.MoorDyn_Init if search else library.MoorDyn_Init_NoIC
+        at = self._poses(position)
+        return initialise(self._system, at, (c_double * len(at))()) != 0
+
+    def _poses(self, position):
+        """MoorDyn's motion vector of fairleads at `position`: rods are as drawn, where they are."""
+        at, n = [], 0
+        for count in self._arrays["ends"]:
+            at += [*position[n : n + 3], *([0.0] * 3 if count == 2 else [])]
+            n += 3 * count
+        return (c_double * max(1, len(at)))(*at)
+
+    def _transfer(self, folder, change):
+        path = folder / "lines.state"
+        moordyn().MoorDyn_SaveState(self._system, str(path).encode())
+        path.write_bytes(change(path.read_bytes()))
+        moordyn().MoorDyn_LoadState(self._system, str(path).encode())
+
+    def _connect(self):
+        """Let the loop know the system and its lines."""
+        library, lines = moordyn(), self._lines
+        library.MoorDyn_SetVerbosity(self._system, SILENT)
+        if os.name == "posix" and self._folder:  # open files need no name, and a kill leaves none
+            self._folder.cleanup()
+        self.lengths = []
+        for k in range(self._lines_count):
+            line = library.MoorDyn_GetLine(self._system, k + 1)
+            count, length = c_uint32(), c_double()
+            library.MoorDyn_GetLineN(line, byref(count))
+            library.MoorDyn_GetLineUnstretchedLength(line, byref(length))
+            self._arrays["line"][k], self._arrays["segments"][k] = line, count.value
+            self.lengths.append(length.value)
+        self.segments = list(self._arrays["segments"])
+        lines.system, self._size = self._system, 0
+        if self.course:
+            nodes = c_uint32()
+            library.MoorDyn_ExternalWaveKinInit(self._system, byref(nodes))
+            lines.nodes = nodes.value
+            water = self.course.room(nodes.value)
+            lines.water = ctypes.addressof(water)
+
+    def _ready(self, position):
+        self._connect()
+        self.state[:] = [0.0] * len(self.state)
+        self.state[1] = START_STEP
+        self.position[:] = position
+        first = len(self.state) - len(self._winches)
+        self.state[first:] = [self.lengths[k] for k in self._winches]
+
+    def evaluate(self, velocity=None):
+        """Take the forces with fairleads where they are, at this velocity [m/s] or at rest."""
+        given = (c_double * len(self.position))(*(velocity or ()))
+        self._done(self._library.m4e_lines_evaluate(self._at, given))
+
+    def settle(self, velocity):
+        """Let fairleads have this velocity [m/s] now, unless it was set last; forces follow.
+
+        It is flat, as that of `advance`.
+        """
+        self._velocity[:] = velocity
+        self._done(self._library.m4e_lines_settle(self._at, self._velocity))
+
+    def advance(self, t, h, position, velocity, winch=()):
+        """A step from t over h [s]: fairleads end at position + velocity·h. MooringError.
+
+        Both are flat, (x, z) of a fairlead with a fixed y, else (x, y, z).
+        """
+        self._position[:], self._velocity[:], self._winch[:] = position, velocity, winch
+        given = self._position, self._velocity, self._winch
+        status = self._library.m4e_lines_advance(self._at, t, h, *given)
+        if status:
+            self._done(status)
+
+    def _done(self, status):
+        if status:
+            if self._failure is not None:
+                failure, self._failure = self._failure, None
+                raise failure
+            raise MooringError(self._broken(FAILURES[status]))
+
+    def _sampled(self, t, end):
+        """The loop asks for the motion of the water from t to `end` [s]; 0 if it has it."""
+        try:
+            self.course.sample(self, t, end)
+        except Exception as error:  # noqa: BLE001  no exception crosses the loop
+            self._failure = error
+            return 1
+        return 0
+
+    def _broken(self, reason):
+        """Error message of a step that failed, with the place that failed first."""
+        where = ""
+        for k, count in enumerate(self.segments):
+            lost = [n for n in range(1, count) if not all(map(isfinite, self.node_position(k, n)))]
+            if lost:
+                middle = lost[len(lost) // 2]
+                where += f", line {k + 1} at segment {middle} of {count}"
+        return (
+            f"MoorDyn failed after t = {self.state[0]:.9g} s ({reason}{where}): fairleads that "
+            f"jump, or an internal step that is too long; try a smaller communication step or a "
+            f"solver time_step of {self._lines.longest / 2:.3g} s"
+        )
 
     def nodes(self):
         """Places [m] and velocities [m/s] where the water's motion is wanted: flat, (x, y, z).
 
         All nodes of the lines come first, then rods, points and bodies, whose velocity is 0 here.
         """
-        places = moordyn.ExternalWaveKinGetCoordinates(self._system)
-        speeds = [
-            moordyn.GetLineNodeVel(line, k)
-            for line, last in zip(self._lines, self.segments, strict=True)
-            for k in range(last + 1)
-        ]
-        return places, speeds + [(0.0, 0.0, 0.0)] * (len(places) - len(speeds))
+        places = (c_double * (3 * self._lines.nodes))()
+        moordyn().MoorDyn_ExternalWaveKinGetCoordinates(self._system, places)
+        speeds = (c_double * len(places))()
+        at = ctypes.addressof(speeds)
+        read, size = moordyn().MoorDyn_GetLineNodeVel, ctypes.sizeof(_VECTOR)
+        for line, last in zip(self._arrays["line"], self.segments, strict=True):
+            for k in range(last + 1):
+                read(line, k, at)
+                at += size
+        return places, speeds
 
-    def set_water(self, velocity, acceleration):
-        """Let the water have these at the places of `nodes` until it is set again: flat lists."""
-        cmoordyn.ext_wave_set(self._system, velocity, acceleration, 0.0)
-
-    def end_tensions(self):
-        """Magnitudes [N] of the forces at end A, and at end B, of every line."""
-        ends = zip(self._lines, self.segments, strict=True)
-        found = [(_node_force(line, 0), _node_force(line, last)) for line, last in ends]
-        return [a for a, _ in found], [b for _, b in found]
-
-    def end_force(self, line, end):
-        """Force [N] of end A (0) or B (1) of a line, counted from 0, on what holds it; (3,)."""
-        return moordyn.GetLineNodeForce(self._lines[line], end * self.segments[line])
+    def _read(self, what, line, node):
+        """(x, y, z) of a node of a line, both from 0; nan where MoorDyn has no number."""
+        value = _VECTOR()
+        failed = getattr(moordyn(), f"MoorDyn_{what}")(self._arrays["line"][line], node, value)
+        return (nan,) * 3 if failed else tuple(value)
 
     def inner_forces(self):
         """The largest force [N] on an inner node of each line; 0 if it has none."""
         return [
-            max((_node_force(line, k) for k in range(1, last)), default=0.0)
-            for line, last in zip(self._lines, self.segments, strict=True)
+            max(
+                (hypot(*self._read("GetLineNodeForce", line, k)) for k in range(1, last)),
+                default=0.0,
+            )
+            for line, last in enumerate(self.segments)
         ]
-
-    def end_position(self, line, end):
-        """(x, y, z) [m] of end A (0) or B (1) of a line, by its number from 0."""
-        return self.node_position(line, end * self.segments[line])
 
     def node_position(self, line, node):
         """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
-        return moordyn.GetLineNodePos(self._lines[line], node)
+        return self._read("GetLineNodePos", line, node)
 
-    def state(self):
+    def node_tension(self, line, node):
+        """Tension [N] (x, y, z) at a node of a line: the mean of its segments', with damping."""
+        return self._read("GetLineNodeTen", line, node)
+
+    def node_velocity(self, line, node):
+        """(x, y, z) [m/s] of a node of a line."""
+        return self._read("GetLineNodeVel", line, node)
+
+    def saved(self):
         """All of MoorDyn's state, as bytes."""
-        return without_denormals(bytes(moordyn.Serialize(self._system)))
+        library = moordyn()
+        if not self._size:
+            size = c_size_t()
+            library.MoorDyn_Serialize(self._system, byref(size), None)
+            self._size = size.value
+        words = array("Q", bytes(self._size))
+        at, count = words.buffer_info()
+        library.MoorDyn_Serialize(self._system, None, at)
+        self._library.m4e_lines_clean(at, count)
+        return words.tobytes()
 
-    def set_state(self, state):
-        """Go back to what `state` returned; MooringError if its size is that of other lines."""
+    def take_back(self, system, state):
+        """Go back to `system` that `saved` returned, and the `state` of that time.
+
+        MooringError if its size is that of other lines.
+        """
         # MoorDyn reads beyond the end of bytes that are too few
-        if len(state) != self._size:
+        if not self._size:
+            self.saved()
+        if len(system) != self._size or len(state) != ctypes.sizeof(self.state):
             raise MooringError("the saved state is not one of these lines")
-        moordyn.Deserialize(self._system, state)
-        _take_none()
+        moordyn().MoorDyn_Deserialize(self._system, system)
+        self.state[:] = array("d", state)
 
     def close(self):
         """Free MoorDyn's memory and files; the system can be created again."""
-        self._lines, self.lengths, self.segments = [], [], []
-        if self._system is not None:
-            system, self._system = self._system, None
-            moordyn.Close(system)
+        self.lengths, self.segments = [], []
+        if self._system:
+            moordyn().MoorDyn_Close(self._system)
+        self._system = None
         if self._folder is not None:
             self._folder.cleanup()
             self._folder = None
 
 
-def without_denormals(state):
-    """The bytes of a state with 0 in place of what MoorDyn made of denormal numbers.
+def with_free_ends(text, groups):
+    """A MoorDyn input text with each group of (line, end) at a free point of its own."""
+    rows = text.splitlines()
+    lines = _table(rows, "LINES")
+    if not _table(rows, "POINTS"):
+        rows[lines[0] - 3 : lines[0] - 3] = ["--- POINTS ---", "-", "-"]
+        lines = _table(rows, "LINES")
+    points = _table(rows, "POINTS")
+    last = max((int(rows[k].split()[0]) for k in points), default=0)
+    for n, group in enumerate(groups, last + 1):
+        for line, end in group:
+            words = rows[lines[line]].split()
+            words[2 + end] = str(n)
+            rows[lines[line]] = " ".join(words)
+    at = points[-1] + 1 if points else lines[0] - 3
+    rows[at:at] = [f"{last + n} Free 0 0 {-n} 0 0 0 0" for n in range(1, len(groups) + 1)]
+    return "\n".join([*rows, ""])
 
-    Words of 8 bytes: the exponent of such a number, below −1022, became negative, which has the
-    bits of a large one.
-    """
-    if max(state[7::8], default=0) < DENORMAL >> 56:
-        return state
-    words = (0 if DENORMAL <= word < SMALL_NEGATIVE else word for word in array("Q", state))
-    return array("Q", words).tobytes()
 
-
-def in_space(place, y):
-    """(x, y, z) of (x, y, z), or of (x, z) and a fixed y."""
-    return tuple(place) if len(place) == 3 else (place[0], y, place[1])
+def _table(rows, title):
+    """Numbers of the rows of a table, below names and units."""
+    opening = [k for k, row in enumerate(rows) if "---" in row]
+    begin = next((k for k in opening if rows[k].strip("- ") == title), None)
+    if begin is None:
+        return []
+    return list(range(begin + 3, next(k for k in opening if k > begin)))
 
 
 def warnings_in(report, *, equilibrium_known):
@@ -265,18 +549,10 @@ def _new_folder(place):
     return tempfile.TemporaryDirectory(**options)
 
 
-def _take_none():
-    """Take the reference to `None` that MoorDyn has released without owning it."""
-    ctypes.pythonapi.Py_IncRef(ctypes.py_object(None))
-
-
-def _node_force(line, node):
-    return hypot(*moordyn.GetLineNodeForce(line, node))
-
-
 def _not_started(position, report):
     """Error message with the end of what MoorDyn wrote, without the places in its source."""
-    places = ", ".join(f"({', '.join(f'{c:.6g}' for c in place)})" for place in position)
+    points = [position[k : k + 3] for k in range(0, len(position), 3)]
+    places = ", ".join(f"({', '.join(f'{c:.6g}' for c in point)})" for point in points)
     lines = [line for line in report.splitlines() if line.strip()]
     tail = "\n".join(SOURCE_PLACE.sub("", line) for line in lines[-REPORT_LENGTH:])
     return (
@@ -285,35 +561,11 @@ def _not_started(position, report):
     )
 
 
-def _broken(t, reason):
-    return (
-        f"MoorDyn failed in the step from t = {t:.9g} s ({reason}): fairleads that jump, or an "
-        "internal step that is too long; try a smaller communication step or solver time_step"
-    )
-
-
-class Console:
-    """Collects what is written to file descriptors 1 and 2."""
-
-    def __init__(self, file):
-        self._file = file
-        self.text = ""
-
-    def write(self, data):
-        """Add these bytes."""
-        os.write(self._file.fileno(), data)
-
-    def finish(self):
-        """Make `text` of all that was written."""
-        self._file.seek(0)
-        self.text = self._file.read().decode("utf-8", "replace")
-
-
 @contextlib.contextmanager
 def console_kept():
     """Keep the process's standard output and error, C++ included, in a file meanwhile."""
     with tempfile.TemporaryFile() as file:
-        console = Console(file)
+        console = Console()
         _flush_c_streams()
         saved = []
         try:
@@ -327,7 +579,14 @@ def console_kept():
             for descriptor, copy in saved:
                 os.dup2(copy, descriptor)
                 os.close(copy)
-            console.finish()
+            file.seek(0)
+            console.text = file.read().decode("utf-8", "replace")
+
+
+class Console:
+    """Keeper of what was written to file descriptors 1 and 2: `text`, once they are free."""
+
+    text = ""
 
 
 def _flush_c_streams():

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,19 @@ class Fairlead:
 
 
 @dataclass(frozen=True)
+class Failure:
+    """Ends of lines that part together from what they are at, and go on at a free point.
+
+    `ends` are (line, end) numbers from 0, end 1 for B. They part at a `time` [s], at a `tension`
+    [N] of one of them, or when somebody says so; None: not by itself.
+    """
+
+    ends: tuple[tuple[int, int], ...]
+    time: float | None = None
+    tension: float | None = None
+
+
+@dataclass(frozen=True)
 class Sea:
     """The water around lines, moved by `waves` and a `current`: `gravity` [m/s2], `depth` [m]."""
 
@@ -70,13 +84,18 @@ class Sea:
 class Mooring:
     """Data of a `LineSystem`.
 
-    `text` is a MoorDyn v2 input file; `fairleads` and `lines` are in its order; `time_step` [s] is
-    MoorDyn's internal step. `net` describes points and lines for their static equilibrium (see
-    `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest` says whether
-    lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a ready file
-    has them, to be compared with where they start; `notes` say what in a ready file is taken
-    otherwise than it stands there. `sea` is None if the water stands still. `fastest` [m/s] is the
-    speed of the water up to which the internal step is stable.
+    `text` is a MoorDyn v2 input file, one row a line; `files` are what it names; `fairleads` and
+    `lines` are in its order. `ends` has of each coupled object 1 for a point or 2 for a rod, whose
+    ends are two fairleads, and `axes` the direction of a rod as drawn; empty: points only. `inert`:
+    coupled objects have masses of their own; `moving`: `text` moves the water. `time_step` [s] is
+    the longest internal step of `scheme`. `net` describes points and lines for their static
+    equilibrium (see `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest`
+    says whether lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a
+    ready file has them, to be compared with where they start; `notes` say what in a ready file is
+    taken otherwise than it stands there. `winches` are numbers of the lines whose length is set.
+    `sea` is None if the water is not moved from outside. `fastest` [m/s] is the speed of the water
+    up to which the internal step is stable. `no_way_back` says why the state cannot be saved and
+    restored; empty where it can.
     """
 
     text: str
@@ -86,10 +105,43 @@ class Mooring:
     net: NetData | None
     at_rest: bool
     bed: float
+    scheme: str = "RK2"
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    ends: tuple[int, ...] = ()
+    axes: tuple[tuple[float, float, float], ...] = ()
+    inert: bool = False
+    moving: bool = False
+    winches: tuple[int, ...] = ()
+    failures: tuple[Failure, ...] = ()
     drawn: tuple[Fairlead, ...] = ()
     notes: tuple[str, ...] = ()
     sea: Sea | None = None
     fastest: float = math.inf
+    no_way_back: str = ""
+
+    def described(self) -> dict[str, Any]:
+        """The arguments of a `LineSystem`, but for its text and files: JSON values."""
+        return {
+            "names": [fairlead.name for fairlead in self.fairleads],
+            "fairleads": [None if f.moves_in_space else f.y for f in self.fairleads],
+            "placed": [fairlead.name for fairlead in self.fairleads if fairlead.placed],
+            "drawn": [(fairlead.name, *fairlead.place) for fairlead in self.drawn],
+            "lines": list(self.lines),
+            "time_step": self.time_step,
+            "lag": 0.0 if self.scheme == "RK4" else 0.5,
+            "net": self.net,
+            "at_rest": self.at_rest,
+            "bed": self.bed,
+            "notes": list(self.notes),
+            "ends": list(self.ends),
+            "axes": [list(axis) for axis in self.axes],
+            "inert": self.inert,
+            "moving": self.moving,
+            "winches": list(self.winches),
+            "failures": [
+                (failure.ends, failure.time, failure.tension) for failure in self.failures
+            ],
+        }
 
     def in_space(self) -> Mooring:
         """The same with fairleads that move along Y, too."""

@@ -23,19 +23,51 @@ MORE_TIME = (  # of a file with rods or free bodies, where TmaxIC alone changes 
 )
 
 
-def net_at(described, fairleads):
+def net_at(described, fairleads, lengths=()):
     """The `Net` of a mooring whose fairleads are at (x, y, z) [m], in MoorDyn's order.
 
-    `described` has what a Net takes, and in ``fairleads`` the numbers of their points.
+    `described` has what a Net takes, and in ``fairleads`` the numbers of their points; `lengths`
+    are other lengths [m] of lines, by their numbers.
     """
+    lines = [dict(line) for line in described["lines"]]
+    for k, length in dict(lengths).items():
+        lines[k]["length"] = length
     points = [dict(point) for point in described["points"]]
     for k, place in zip(described["fairleads"], fairleads, strict=True):
         points[k]["position"] = place
-    return Net(points, described["lines"], described["bed"], described["bed_stiffness"])
+    return Net(points, lines, described["bed"], described["bed_stiffness"])
 
 
 def with_nodes(state, net):
-    """The bytes of a state file of MoorDyn, with the nodes where `net` has them, at rest.
+    """The bytes of a state file of MoorDyn, with the nodes where `net` has them, at rest."""
+    words, starts = _objects(state)
+    points = len(net.loads)
+    rows = [[k] for k in range(points)] + [nodes[1:-1] for nodes in net.nodes]
+    for start, nodes in zip(starts[-len(rows) :], rows, strict=True):
+        if words[start : start + 2] != [len(nodes), 6] and nodes:
+            raise ValueError("a state file of MoorDyn that is not laid out as expected")
+        for n, k in enumerate(nodes):
+            at = start + 2 + 6 * n
+            words[at : at + 6] = _words(*net.position[k], 0.0, 0.0, 0.0)
+    return _file(state, words)
+
+
+def with_points(state, points, lines):
+    """The bytes of a state file with `points` behind the others: (x, y, z, vx, vy, vz) of each.
+
+    `lines` is the number of lines, which come last.
+    """
+    words, starts = _objects(state)
+    at = starts[-lines]
+    for values in reversed(points):
+        words[at:at] = [1, 6, *_words(*values)]
+    words[0] += 8 * len(points)
+    words[1] += len(points)
+    return _file(state, words)
+
+
+def _objects(state):
+    """The words of a state file, and where in them each object begins.
 
     The file has a number of 8 bytes each: its length, how many objects follow, and for each of
     them rows, columns and values: bodies, rods, points, and lines with a row of position and
@@ -46,14 +78,14 @@ def with_nodes(state, net):
     for _ in range(words[1]):
         starts.append(at)
         at += 2 + words[at] * words[at + 1]
-    points = len(net.loads)
-    rows = [[k] for k in range(points)] + [nodes[1:-1] for nodes in net.nodes]
-    for start, nodes in zip(starts[-len(rows) :], rows, strict=True):
-        if words[start : start + 2] != [len(nodes), 6] and nodes:
-            raise ValueError("a state file of MoorDyn that is not laid out as expected")
-        for n, k in enumerate(nodes):
-            values = struct.pack("<6d", *net.position[k], 0.0, 0.0, 0.0)
-            words[start + 2 + 6 * n : start + 8 + 6 * n] = struct.unpack("<6Q", values)
+    return words, starts
+
+
+def _words(*values):
+    return struct.unpack(f"<{len(values)}Q", struct.pack(f"<{len(values)}d", *values))
+
+
+def _file(state, words):
     return state[:HEADER] + struct.pack(f"<{len(words)}Q", *words)
 
 

@@ -2,13 +2,13 @@
 
 Travels inside the FMU: imports numpy and the standard library only.
 
-MoorDyn takes velocities and accelerations of the water at its nodes, and keeps them during a step.
+MoorDyn takes velocities and accelerations of the water at its nodes, and keeps them during a call.
 To compute them is expensive, and they change slowly: they are computed at three times of an
 interval, where the nodes would be with the velocities that they have at its beginning. In between
 they are quadratic in time. The end of an interval is the beginning of the next: nothing jumps.
 """
 
-from math import ceil
+import ctypes
 
 import numpy as np
 
@@ -19,15 +19,30 @@ class WaterCourse:
     """The motion of the `water` at the nodes of lines, in time.
 
     `water.at(t, places)` gives velocity and acceleration (2, n, 3) [m/s, m/s2] at t [s] and places
-    (n, 3) [m], `water.steady(places)` those without waves. `now` is the present motion as two flat
-    lists; all later motions depend on it and on the state of the lines, a `MoorDynSystem`.
+    (n, 3) [m], `water.steady(places)` those without waves. All later motions depend on the present
+    one and on the state of the lines, a `MoorDynSystem`.
     """
+
+    longest = LONGEST
 
     def __init__(self, water):
         self._water = water
-        self.now = []
-        self._interval = (0.0, 0.0)
-        self._samples = []  # motions at the interval's beginning, in its middle, at its end
+        self._motions = np.zeros((4, 2, 0, 3))  # begin, middle, end of an interval, and the loop's
+
+    def room(self, nodes):
+        """Numbers for the motions of so many nodes, which the loop over MoorDyn reads: flat."""
+        room = (ctypes.c_double * (24 * nodes))()
+        self._motions = np.frombuffer(room).reshape(4, 2, nodes, 3)
+        return room
+
+    @property
+    def now(self):
+        """The present motion, as a flat list."""
+        return self._motions[2].ravel().tolist()
+
+    @now.setter
+    def now(self, values):
+        self._motions[2] = np.reshape(values, self._motions.shape[1:])
 
     def current(self, places):
         """Velocities (x, y, z) [m/s] of the water without waves at `places` [m]."""
@@ -35,37 +50,22 @@ class WaterCourse:
 
     def be_calm(self, lines):
         """Let there be no waves for now."""
-        places, _ = lines.nodes()
-        self.now = _flat(self._water.steady(np.array(places)))
+        places, _ = _at(lines)
+        self._motions[2] = self._water.steady(places)
 
     def begin(self, lines, t):
         """Take the motion at `t` [s] where the nodes are."""
-        places, _ = lines.nodes()
-        self.now = _flat(self._water.at(t, np.array(places)))
+        places, _ = _at(lines)
+        self._motions[2] = self._water.at(t, places)
 
-    def apply(self, lines, bounds, piece):
-        """Give MoorDyn the motion in the middle of a `piece` of a step.
-
-        `bounds` [s] of all pieces are equally spaced; they are taken in order from piece 0 on.
-        """
-        pieces = len(bounds) - 1
-        size = ceil(pieces / ceil((bounds[-1] - bounds[0]) / LONGEST))
-        if piece % size == 0:
-            self._begin_interval(lines, bounds[piece], bounds[min(piece + size, pieces)])
-        begin, end = self._interval
-        s = ((bounds[piece] + bounds[piece + 1]) / 2 - begin) / (end - begin)
-        first, middle, last = self._samples
-        motion = (1 - 2 * s) * ((1 - s) * first - s * last) + 4 * s * (1 - s) * middle
-        lines.set_water(*_flat(motion))
-
-    def _begin_interval(self, lines, t, end):
-        """Sample the motion from `t` to `end` [s]; `now` becomes that at the end."""
-        places, speeds = (np.array(values) for values in lines.nodes())
-        first = np.array(self.now).reshape(2, -1, 3)
-        later = [self._water.at(s, places + speeds * (s - t)) for s in ((t + end) / 2, end)]
-        self._interval, self._samples = (t, end), [first, *later]
-        self.now = _flat(later[-1])
+    def sample(self, lines, t, end):
+        """Take the motions from `t` to `end` [s]; the present one becomes that at the end."""
+        places, speeds = _at(lines)
+        self._motions[0] = self._motions[2]
+        for k, time in ((1, (t + end) / 2), (2, end)):
+            self._motions[k] = self._water.at(time, places + speeds * (time - t))
 
 
-def _flat(motion):
-    return motion.reshape(2, -1).tolist()
+def _at(lines):
+    """Places [m] and velocities [m/s] (n, 3) of the nodes."""
+    return (np.array(values).reshape(-1, 3) for values in lines.nodes())

@@ -16,9 +16,9 @@ from pathlib import Path
 from m4e_adapters import moordyn
 from m4e_adapters.hydrodynamics.seas.system_seas import lines_on, water_program
 from m4e_adapters.hydrodynamics.seas.water import moving_water
-from m4e_adapters.moordyn import Fairlead, Mooring, MooringConfig
+from m4e_adapters.moordyn import Failure, Fairlead, Mooring, MooringConfig
 from m4e_adapters.moordyn.mooring import Sea
-from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
+from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe, runtime_files
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable
 from m4e_fmus.water import kind_in_water
@@ -39,6 +39,8 @@ SOFT = 0.05
 """Strain of a hanging line by its own weight in water, above which that is doubted."""
 SHORT = 1e-4
 """Internal step [s] below which lines take hours."""
+FILE = "file_"
+"""Of a file that MoorDyn's input names, with its number: its name in the FMU."""
 MOST_PIECES = 40
 """Of a line between the nodes whose places are outputs."""
 
@@ -47,7 +49,7 @@ def _build(
     config: MooringConfig, *, name: str, folder: Path, progress: Callable[[str], None] = print
 ) -> PythonSource:
     """The source of the mooring FMU called `name`; files in `config` are relative to `folder`."""
-    mooring = moordyn.mooring(config, folder=folder)
+    mooring = _that_parts(moordyn.mooring(config, folder=folder))
     progress(
         f"{_counted(len(mooring.lines), 'line')} at "
         f"{_counted(len(mooring.fairleads), 'fairlead')}, "
@@ -55,31 +57,33 @@ def _build(
     )
     for text in _doubts(mooring):
         progress(f"warning: {text}")
+    if mooring.no_way_back:
+        progress(f"note: it cannot go back to an earlier state: {mooring.no_way_back}")
     here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent
     system = {
-        "names": [fairlead.name for fairlead in mooring.fairleads],
-        "fairleads": [None if f.moves_in_space else f.y for f in mooring.fairleads],
-        "placed": [fairlead.name for fairlead in mooring.fairleads if fairlead.placed],
-        "drawn": [(fairlead.name, *fairlead.place) for fairlead in mooring.drawn],
-        "lines": list(mooring.lines),
-        "time_step": mooring.time_step,
-        "net": mooring.net,
-        "at_rest": mooring.at_rest,
-        "bed": mooring.bed,
-        "notes": list(mooring.notes),
-        "parting": _parting(mooring),
+        **mooring.described(),
+        "parting": _parting(mooring),  # of every line that can part the number of its failure
         "nodes": {line: _nodes(mooring, line) for line in mooring.lines},
+        "files": list(mooring.files),
     }
     source = PythonSource(
         description=ModelDescription(
-            name, f"mooring lines {', '.join(mooring.lines)} by MoorDyn", _variables(mooring)
+            name,
+            f"mooring lines {', '.join(mooring.lines)} by MoorDyn",
+            _variables(mooring),
+            goes_back=not mooring.no_way_back,
         ),
         slave="slave:MooringSlave",
         modules={
             "slave.py": here / "slave.py",
             **{name: adapter / name for name in TRAVELS},
         },
-        data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(system).encode()},
+        data={
+            "lines.txt": mooring.text.encode(),
+            "mooring.json": json.dumps(system).encode(),
+            **{f"{FILE}{k}": content for k, content in enumerate(mooring.files.values())},
+            **runtime_files(),
+        },
     )
     if mooring.sea is None:
         return source
@@ -154,6 +158,7 @@ def _in_moving_water(
 
 def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
     inputs = [v for fairlead in mooring.fairleads for v in _of_fairlead(fairlead)]
+    inputs += [v for line in mooring.winches for v in _of_winch(mooring, line)]
     names = tuple(v.name for v in inputs)
     text = "force of the lines on the body at {} along {}, world frame"
     outputs = [
@@ -167,9 +172,8 @@ def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
         for line in mooring.lines
         for end, where in (("fairlead", "to"), ("anchor", "from"))
     ]
-    parting = dict.fromkeys(mooring.lines[line] for line, _, _ in _parting(mooring))
     nodes = [v for line in mooring.lines for v in _places(mooring, line, names)]
-    text = "1 once {} has parted from what it holds: it exerts no force any more"
+    text = "1 parts {} from what it holds, for good"
     parted = [
         FmuVariable(
             f"{line}.parted",
@@ -182,27 +186,37 @@ def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
             minimum=0.0,
             maximum=1.0,
         )
-        for line in parting
+        for line in _parting(mooring)
     ]
     return (*inputs, *outputs, *tensions, *parted, *nodes)
 
 
-def _parting(mooring: Mooring) -> list[tuple[int, int, int]]:
-    """Ends that part from a fairlead with their line: numbers of line, end (0, 1) and fairlead.
-
-    Only lines between fairleads and anchors part: of others, more than a force on a body would go.
-    """
-    if mooring.net is None:
-        return []
-    fairlead_of = {point: k for k, point in enumerate(mooring.net["fairleads"])}
-    held = {k for k, point in enumerate(mooring.net["points"]) if point["force"] is None}
-    return [
-        (number, end, fairlead_of[point])
-        for number, line in enumerate(mooring.net["lines"])
-        if held.issuperset(line["ends"])
-        for end, point in enumerate(line["ends"])
-        if point in fairlead_of
+def _that_parts(mooring: Mooring) -> Mooring:
+    """The same with every line parting at its fairlead when somebody says so."""
+    if mooring.inert:  # a new system would take their motion for a blow
+        return mooring
+    known = {failure.ends[0][0] for failure in mooring.failures if len(failure.ends) == 1}
+    more = [
+        Failure(((k, _moved_end(mooring, k)),)) for k in range(len(mooring.lines)) if k not in known
     ]
+    return replace(mooring, failures=(*mooring.failures, *more))
+
+
+def _moved_end(mooring: Mooring, line: int) -> int:
+    """The end, 0 (A) or 1 (B), that is at a fairlead; B where both or none are, or who knows."""
+    if mooring.net is None:
+        return 1
+    moved = [end in mooring.net["fairleads"] for end in mooring.net["lines"][line]["ends"]]
+    return 0 if moved == [True, False] else 1
+
+
+def _parting(mooring: Mooring) -> dict[str, int]:
+    """Of the lines that part alone the number of their failure."""
+    return {
+        mooring.lines[failure.ends[0][0]]: k
+        for k, failure in enumerate(mooring.failures)
+        if len(failure.ends) == 1
+    }
 
 
 def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
@@ -210,12 +224,10 @@ def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
     mooring = moordyn.mooring(config, folder=folder)
     if mooring.net is None:
         return Shown(floor=mooring.bed)
-    parting = {mooring.lines[line] for line, _, _ in _parting(mooring)}
     cables = []
     for name, line in zip(mooring.lines, mooring.net["lines"], strict=True):
         start, end = (_end(mooring, point) for point in line["ends"])
-        tensions = (f"{name}.fairlead_tension", f"{name}.anchor_tension") if name in parting else ()
-        cables.append(ShownCable(name, (start, end), len(_nodes(mooring, name)), tensions))
+        cables.append(ShownCable(name, (start, end), len(_nodes(mooring, name))))
     return Shown(cables=tuple(cables), floor=mooring.bed)
 
 
@@ -266,6 +278,22 @@ def _of_fairlead(fairlead: Fairlead) -> Iterator[FmuVariable]:
             start=0.0,
             derivative_of=where,
         )
+
+
+def _of_winch(mooring: Mooring, line: int) -> Iterator[FmuVariable]:
+    """Inputs of the length of a line with a winch."""
+    assert mooring.net is not None
+    name, length = mooring.lines[line], mooring.net["lines"][line]["length"]
+    text = f"unstretched length of {name}"
+    yield FmuVariable(f"{name}.length", "m", text, causality="input", start=length)
+    yield FmuVariable(
+        f"{name}.length_rate",
+        "m/s",
+        f"rate of the unstretched length of {name}; of a step, its mean",
+        causality="input",
+        start=0.0,
+        derivative_of=f"{name}.length",
+    )
 
 
 def _axes(fairlead: Fairlead) -> str:

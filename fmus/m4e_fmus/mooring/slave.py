@@ -1,6 +1,8 @@
 """Slave of the mooring FMU: passes fairlead motion to the lines and their forces back."""
 
 import json
+import sys
+from itertools import chain
 
 from pythonfmu.enums import Fmi2Status
 
@@ -20,12 +22,42 @@ class MooringSlave(M4eSlave):
         super().__init__(**kwargs)
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
-        self._fairleads, self._line_names = system["names"], system["lines"]
-        self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
+        self._line_names = system["lines"]
+        axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
+        self._motion, self._speed, forces = (
+            [[self.index[f"{name}.{kind}{axis}"] for axis in axes] for name, axes in pairs]
+            for kind, pairs in (
+                (kind, list(zip(system["names"], axes, strict=True)))
+                for kind in ("", "v", "force_")
+            )
+        )
+        self._outputs = [
+            *chain(*forces),
+            *(
+                self.index[f"{name}.{end}_tension"]
+                for end in ("anchor", "fairlead")
+                for name in self._line_names
+            ),
+        ]
         self._water, self._of_water, self._values_of_water = None, [], []
-        course, nodes = self._moving_water(), system.pop("nodes")
-        self._lines = LineSystem(text, course=course, place=self.resources, **system)
-        self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
+        nodes, names = system.pop("nodes"), system.pop("files")
+        self._parting = {
+            self.index[f"{line}.parted"]: failure for line, failure in system.pop("parting").items()
+        }
+        self._winches = [
+            [self.index[f"{self._line_names[line]}.{kind}"] for line in system["winches"]]
+            for kind in ("length", "length_rate")
+        ]
+        self._lines = LineSystem(
+            text,
+            course=self._moving_water(),
+            place=self.resources,
+            runtime=self.resources / f"runtime.{sys.platform}",
+            files={
+                name: (self.resources / f"file_{k}").read_bytes() for k, name in enumerate(names)
+            },
+            **system,
+        )
         self._nodes = {
             (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
             for line, name in enumerate(self._line_names)
@@ -68,21 +100,19 @@ class MooringSlave(M4eSlave):
                 "and current in their sections, and build anew, or give a shorter solver.time_step"
             )
 
-    def _of_fairleads(self, kind):
-        """The inputs of this kind, "" for places and "v" for velocities, of each fairlead."""
-        return [
-            tuple(self.values[self.index[f"{name}.{kind}{axis}"]] for axis in axes)
-            for name, axes in zip(self._fairleads, self._axes, strict=True)
-        ]
-
     def initialise(self):
         """Start the lines, unless they have started with the same motion and waves."""
-        motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        given = (*motion, self._set_water())
-        if given != self._started_with:
-            self._lines.start(*motion, self.time)
-            self._started_with = given
+        given = (self._taken(self._motion), self._taken(self._speed), self._set_water())
+        lengths = self._taken(self._winches)[0]
+        if (*given, lengths) != self._started_with:
+            self._lines.start(*given[:2], self.time, lengths)
+            self._started_with = (*given, lengths)
             self._warn(self._lines.warnings)
+
+    def _taken(self, places):
+        """The values of variables, by groups of value references."""
+        values = self.values
+        return [[values[k] for k in group] for group in places]
 
     def _warn(self, texts):
         for text in texts:
@@ -91,21 +121,19 @@ class MooringSlave(M4eSlave):
     def step(self, t, h):
         """Advance from t over h [s]."""
         self._set_water()
-        self._lines.advance(t, h, self._of_fairleads(""), self._of_fairleads("v"))
+        winch = [x for pair in zip(*self._taken(self._winches), strict=True) for x in pair]
+        self._lines.advance(t, h, self._taken(self._motion), self._taken(self._speed), winch)
+        self._warn(self._lines.overstretched() + self._lines.surfaced())
 
     def update(self):
         """Set the outputs for the present inputs."""
-        self._lines.settle(self._of_fairleads("v"))
-        shares = {k: self.values[self.index[f"{name}.parted"]] for k, name in self._parting.items()}
-        parted = {line: share for line, share in shares.items() if share}
-        self._warn(self._lines.overstretched(parted) + self._lines.surfaced())
-        force, *tensions = self._lines.without(parted)
-        for name, axes, parts in zip(self._fairleads, self._axes, force, strict=True):
-            for axis, part in zip(axes, parts, strict=True):
-                self.values[self.index[f"{name}.force_{axis}"]] = part
-        for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
-            for name, tension in zip(self._line_names, values, strict=True):
-                self.values[self.index[f"{name}.{end}"]] = tension
+        for place, failure in self._parting.items():
+            if self.values[place]:
+                self._lines.part(failure)
+        self._lines.settle(self._taken(self._speed))
+        values, tensions = self.values, self._lines.tensions()
+        for place, found in zip(self._outputs, chain(*self._lines.force, *tensions), strict=True):
+            values[place] = found
         self._nodes_known = False
 
     def get_real(self, vrs):

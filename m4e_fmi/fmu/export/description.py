@@ -64,6 +64,7 @@ class ModelDescription:
 
     The value reference of a variable is its index among the variables of its type. `derivatives`
     names the rates of the states, in the order of the states; empty where they are not all there.
+    `goes_back` is False of a Python slave whose state cannot be saved and restored.
     """
 
     name: str
@@ -73,6 +74,7 @@ class ModelDescription:
     step_size: float = 0.01
     tolerance: float = 1e-8
     derivatives: tuple[str, ...] = ()
+    goes_back: bool = True
 
     def __repr__(self) -> str:
         return listing(f"ModelDescription of {self.name!r}", variables=self.variables)

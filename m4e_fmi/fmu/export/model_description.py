@@ -179,6 +179,8 @@ def model_description_xml(
         if more is None:
             continue
         abilities = {"modelIdentifier": model_identifier, **form.abilities, **more}
+        if not description.goes_back:
+            abilities = {k: v for k, v in abilities.items() if "FMUstate" not in k}
         element = SubElement(root, mode, abilities)
         if form.is_2 and sources:
             files = SubElement(element, "SourceFiles")

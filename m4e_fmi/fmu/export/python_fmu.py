@@ -64,11 +64,6 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
         "layout.json": json.dumps({**layout, **settings}).encode(),
         PROGRAM: model_file(program, method),
     }
-    for system, name in LIBRARIES.values():
-        own = system == sys.platform
-        path = library_path() if own else packaged("runtime", PLATFORMS[name])
-        if path is not None:  # as program_slave names them
-            data[f"runtime.{system}"] = path.read_bytes()
     return PythonSource(
         description=description,
         slave="program_slave:ProgramSlave",
@@ -76,8 +71,19 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
             "program_slave.py": EMBEDDED / "program_slave.py",
             "declarations.py": Path(declarations.__file__),
         },
-        data=data,
+        data=data | runtime_files(),
     )
+
+
+def runtime_files() -> dict[str, bytes]:
+    """The runtime's library for every platform that there is one for, as slaves load it."""
+    found = {}
+    for system, name in LIBRARIES.values():
+        own = system == sys.platform
+        path = library_path() if own else packaged("runtime", PLATFORMS[name])
+        if path is not None:
+            found[f"runtime.{system}"] = path.read_bytes()
+    return found
 
 
 def python_members(source: PythonSource) -> dict[str, bytes]:
@@ -95,8 +101,9 @@ def python_members(source: PythonSource) -> dict[str, bytes]:
         files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
     for platform in BINARIES:
         system, _ = LIBRARIES[platform]
-        if PROGRAM in source.data and f"runtime.{system}" not in source.data:
-            continue  # nothing could run the program there
+        needed = any(name.startswith("runtime.") for name in source.data)
+        if needed and f"runtime.{system}" not in source.data:
+            continue  # nothing could run it there
         path = binary_path(platform)
         files[f"binaries/{platform}/{identifier}{path.suffix}"] = _mended(path.read_bytes())
     return files

@@ -86,6 +86,7 @@ def ready_mooring(
         net=net,
         at_rest=file.option("tmaxic", 1.0) > 0,
         bed=-file.depth,
+        scheme=scheme,
         drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
         notes=notes,
         sea=moved,

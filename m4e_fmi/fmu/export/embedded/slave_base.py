@@ -221,15 +221,19 @@ class M4eSlave(Fmi2Slave):
             self._fail(f"{name} cannot be set after initialization")
         try:
             for vr, value in zip(vrs, values, strict=True):
-                if not isfinite(value):
-                    self._fail(f"{self._names[vr]} was set to {value}")
-                low, high = self._limits.get(vr, (value, value))
-                if not low <= value <= high:
-                    where = f"outside its range from {low:g} to {high:g}"
-                    self._fail(f"{self._names[vr]} was set to {value:g}, {where}")
                 self.values[vr] = value
         except IndexError:
             self._unknown(vrs, nan)
+            return
+        if all(map(isfinite, values)) and self._limits.keys().isdisjoint(vrs):
+            return
+        for vr, value in zip(vrs, values, strict=True):
+            if not isfinite(value):
+                self._fail(f"{self._names[vr]} was set to {value}")
+            low, high = self._limits.get(vr, (value, value))
+            if not low <= value <= high:
+                where = f"outside its range from {low:g} to {high:g}"
+                self._fail(f"{self._names[vr]} was set to {value:g}, {where}")
 
     def get_string(self, vrs: list[int]) -> list[str]:
         """Values of string variables."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import moordyn
 import pytest
-from support.lines_in_waves import mooring_of
+from support.lines_in_waves import lines_of, mooring_of
 
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring, ready_mooring
-from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.ready_files.read_file import Row
 from m4e_adapters.moordyn.ready_files.read_file import tables as read_tables
 from m4e_fmi.files.document import Document
@@ -93,7 +93,7 @@ def test_a_ready_file_runs_as_it_is_and_keeps_what_is_not_ours() -> None:
     assert after["lines"][0].words == (*before["lines"][0].words[:6], "-")
     # shorter, for the time of the test only: 4 instead of 40 segments of a suspended line
     text = made.text.replace("900.00 40", "900.00 4")
-    system = LineSystem(text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
+    system = lines_of(replace(made, text=text), net=None)
     system.start([(0.0, 0.0)], [(0.0, 0.0)])
     (force,) = system.force
     system.close()

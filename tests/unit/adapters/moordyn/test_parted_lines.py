@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.lines_in_waves import mooring_of, started
 
+from m4e_adapters.moordyn import Failure
+from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.cosim import load, run
 
 LINES = """\
@@ -34,21 +37,56 @@ simulation: {{stop_time: 5, step_size: 0.1, algorithm: jacobi}}
 """
 
 
-def test_forces_without_a_line_are_those_of_the_others() -> None:
-    both = started(mooring_of(LINES + OTHER), parting=[(0, 1, 0), (1, 1, 0)])
-    alone = started(mooring_of(LINES))
-    force, fairlead, anchor = both.without({1: 1.0})
-    assert force[0] == pytest.approx(alone.force[0], rel=1e-9)
-    assert fairlead == [both.fairlead_tension[0], 0.0]
-    assert anchor == [both.anchor_tension[0], 0.0]
-    assert both.without({}) == (both.force, both.fairlead_tension, both.anchor_tension)
-    saved = both.save()
-    both.advance(0.0, 0.1, [(-4.0, -2.0)], [(1.0, 0.0)])
-    moved = both.without({1: 1.0})
-    both.restore(saved)
-    assert both.without({1: 1.0}) == (force, fairlead, anchor) != moved
-    both.close()
-    alone.close()
+def test_a_line_parts_and_falls_and_the_other_goes_on() -> None:
+    made = replace(mooring_of(LINES + OTHER), failures=(Failure(((1, 1),)),))
+    both, alone = started(made), started(mooring_of(LINES))
+    before = both.save()
+    pull = both.end_force(1, 1)
+    both.part(0)
+    assert both.force[0] == pytest.approx(alone.force[0], rel=1e-9)
+    assert both.fairlead_tension[1] == 0.0
+    assert pull[2] < 0.0
+    assert both.anchor_tension[1] > 1e3
+    towed(both, 0, 20)
+    towed(alone, 0, 20)
+    assert both.force[0] == pytest.approx(alone.force[0], rel=1e-6)
+    assert both.node_position(1, 10)[2] < -10.0  # it was at -2 m, two seconds ago
+    kept = both.save()
+    expected = towed(both, 20, 10)
+    both.restore(before)
+    assert both.end_force(1, 1) == pull
+    both.restore(kept)
+    assert towed(both, 20, 10) == expected
+    other = started(made)
+    other.restore(kept)
+    assert towed(other, 20, 10) == expected
+    for lines in (both, alone, other):
+        lines.close()
+
+
+def towed(lines: LineSystem, first: int, count: int) -> list:
+    """Forces and tensions of steps of 0.1 s with the fairlead on its way along X at 0.2 m/s."""
+    found = []
+    for k in range(first, first + count):
+        lines.advance(0.1 * k, 0.1, [(-4.0 + 0.02 * k, -2.0)], [(0.2, 0.0)])
+        found.append((lines.force, lines.fairlead_tension, lines.anchor_tension))
+    return found
+
+
+def test_lines_part_at_a_time_and_at_a_tension() -> None:
+    made = mooring_of(LINES + OTHER)
+    ends = ((0, 1),), ((1, 1),)
+    lines = started(
+        replace(made, failures=(Failure(ends[0], time=0.5), Failure(ends[1], tension=1e9)))
+    )
+    towed(lines, 0, 4)
+    assert lines.parted == []
+    towed(lines, 4, 1)
+    assert lines.parted == [0]
+    lines.close()
+    torn = started(replace(made, failures=(Failure(ends[0], tension=1e3),)))
+    assert torn.parted == [0]
+    torn.close()
 
 
 def test_a_line_breaks_at_a_tension(tmp_path: Path) -> None:
@@ -64,6 +102,7 @@ def test_a_line_breaks_at_a_tension(tmp_path: Path) -> None:
     assert (tension[:first] > 0.0).all()
     assert (tension[:first] < 120e3).all()
     assert (tension[first:] == 0.0).all()
+    assert (found["mooring.one.anchor_tension"].values[first:] > 0.0).all()
     assert (found["mooring.two.fairlead_tension"].values[first:] > 1e3).all()
     begun = f"parted: from t = {found.time[first]:.9g} s on"
     assert outcome.scenario[1] == f"{begun}: mooring.one.parted = 1"
