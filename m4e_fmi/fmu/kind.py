@@ -66,6 +66,9 @@ class FmuKind:
     The rest is for kinds in water: ``coefficients(config, *, name, folder, progress)`` are their
     hydrodynamic data, ``config_of_file(path, *, progress, depth)`` the configuration for a file of
     these, and ``refinement(config, *, folder, progress)`` a convergence study as text and JSON.
+    ``mooring(config, *, title, folder, given, about, directions)`` are mooring lines at rest
+    (`analysis.mooring_data.MooringData`) with the inputs `given`; `about` [m] is the point of their
+    stiffness, None a default, `directions` [rad] are those of offsets.
     """
 
     config: type
@@ -82,3 +85,4 @@ class FmuKind:
     coefficients: Function | None = None
     config_of_file: Function | None = None
     refinement: Function | None = None
+    mooring: Function | None = None

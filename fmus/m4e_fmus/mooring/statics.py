@@ -1,8 +1,9 @@
-"""Outputs of the mooring FMU at rest, and their derivatives by the places of its fairleads."""
+"""The mooring FMU at rest: outputs with derivatives by places of fairleads, and a report."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from m4e_adapters.moordyn import Mooring, MooringConfig
 from m4e_adapters.moordyn.plausibility import below_seabed, misplaced, unplaced
 from m4e_adapters.moordyn.rest import too_long
 from m4e_adapters.moordyn.resting import LinesAtRest, Resting
+from m4e_adapters.moordyn.survey import survey
+from m4e_fmi.analysis.mooring_data import MooringData
 from m4e_fmi.fmu import OutputsAtRest
 
 Found = Iterator[tuple[str, float, np.ndarray]]
@@ -28,7 +31,7 @@ def statics(
     It gives None where no equilibrium is found, or lines have parted or are moved.
     """
     mooring = moordyn.mooring(config, folder=folder)
-    if mooring.net is None or not mooring.at_rest or mooring.sea is not None:
+    if not mooring.net or not mooring.at_rest or mooring.sea or mooring.moving or mooring.winches:
         return None
     lines = LinesAtRest(mooring.net)
     inputs = {
@@ -54,6 +57,35 @@ def statics(
         )
 
     return at
+
+
+def mooring_data(
+    config: MooringConfig,
+    *,
+    title: str,
+    folder: Path,
+    given: Mapping[str, float],
+    about: Sequence[float] | None,
+    directions: Sequence[float],
+) -> MooringData:
+    """The mooring in static equilibrium in still water, with the inputs that are `given`."""
+    mooring = moordyn.mooring(config, folder=folder)
+    names = [(f, axis) for f in mooring.fairleads for axis in "xyz"]
+    places = [given.get(f"{f.name}.{axis}", getattr(f, axis)) for f, axis in names]
+    strengths = {
+        name: getattr(config.line_types[line.type], "breaking_strength", None) or np.nan
+        for name, line in config.lines.items()
+    }
+    data = survey(
+        mooring,
+        np.array(places, dtype=float).reshape(-1, 3),
+        title=title,
+        strengths=strengths,
+        about=about,
+        directions=directions,
+    )
+    note = ("in still water: its waves and current are left out",) if config.moves_water else ()
+    return replace(data, notes=(*data.notes, *note))
 
 
 def _outputs(mooring: Mooring, found: Resting, shown: Shown) -> Found:

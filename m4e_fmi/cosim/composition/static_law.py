@@ -41,6 +41,8 @@ EVEN = 0.1
 """Half the difference of the slopes to both sides, in the same way, above which there is a kink."""
 ROUGH = 0.02
 """The same, from which it is told."""
+AT_REST = "at_rest."
+"""Beginning of the names of the law's parameters."""
 
 
 @dataclass(frozen=True)
@@ -331,12 +333,12 @@ class StaticLaw:
 
 def at_rest(v: Variable) -> str:
     """The name of the parameter with the value of a variable at the point of the law."""
-    return f"at_rest.{v.name}"
+    return f"{AT_REST}{v.name}"
 
 
 def _slope(row: int, column: int) -> str:
     """The name of the parameter with an entry of K."""
-    return f"at_rest.slope[{row + 1},{column + 1}]"
+    return f"{AT_REST}slope[{row + 1},{column + 1}]"
 
 
 def law_program(
