@@ -107,8 +107,8 @@ class MooringData:
                     "tensions": line.tensions.tolist(),
                     "angles": np.degrees(line.angles).tolist(),
                     "largest_tension": line.largest,
-                    "breaking_strength": line.strength,
-                    "safety_factor": line.strength / line.largest,
+                    "breaking_strength": _known(line.strength),
+                    "safety_factor": _known(line.strength / line.largest),
                     "nodes": line.nodes.tolist(),
                 }
                 for line in self.lines
@@ -130,7 +130,7 @@ class MooringData:
                 one.name: {
                     "drift": one.drift.tolist(),
                     "tensions": one.tensions.tolist(),
-                    "safety_factor": self.safety(one.tensions)[0],
+                    "safety_factor": _known(self.safety(one.tensions)[0]),
                 }
                 for one in self.broken
             },
@@ -179,6 +179,10 @@ class MooringData:
                 values = (*one.drift, one.tensions.max() / 1e3, factor)
                 rows.append((one.name, *map(_short, values), name))
             yield from ("", *columns("<>>>><", *rows))
+
+
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else value
 
 
 def _short(value: float) -> str:
