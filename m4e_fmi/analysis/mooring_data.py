@@ -155,11 +155,13 @@ class MooringData:
         x, y, z = map(_short, self.about)
         yield f"force and stiffness about ({x}, {y}, {z}) m [N, N.m; N/m, N/rad, N.m/rad]"
         names = ("", "force", "surge", "sway", "heave", "roll", "pitch", "yaw")
-        size = np.sqrt(np.abs(np.outer(self.stiffness.diagonal(), self.stiffness.diagonal())))
-        clean = np.where(np.abs(self.stiffness) < 1e-9 * size, 0.0, self.stiffness)
+        diagonal = np.sqrt(np.abs(self.stiffness.diagonal()))
+        clean = np.where(
+            np.abs(self.stiffness) < 1e-9 * np.outer(diagonal, diagonal), 0.0, self.stiffness
+        )
         force = np.where(np.abs(self.force) < 1e-9 * np.abs(self.force).max(), 0.0, self.force)
         matrix = [
-            (name, f"{f:.5g}", *(f"{x:.5g}" for x in row))
+            (name, f"{f:.5g}", *(f"{x + 0.0:.5g}" for x in row))
             for name, f, row in zip(names[2:], force, clean, strict=True)
         ]
         yield from (*columns("<>>>>>>>", names, *matrix), "")
