@@ -5,7 +5,7 @@ A kind of FMU with mooring lines offers it by its function `mooring`: docs/adapt
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -165,22 +165,26 @@ class MooringData:
             for name, f, row in zip(names[2:], force, clean, strict=True)
         ]
         yield from (*columns("<>>>>>>>", names, *matrix), "")
-        rows = [("offset towards", "up to", "pull back", "largest tension", "safety factor", "")]
-        rows += [("[deg]", "[m]", "[kN]", "[kN]", "[1]", "")]
+        offsets: list[Sequence[str]] = [
+            ("offset towards", "up to", "pull back", "largest tension", "safety factor", "")
+        ]
+        offsets += [("[deg]", "[m]", "[kN]", "[kN]", "[1]", "")]
         for curve in self.curves:
             factor, name = self.safety(curve.tensions[-1])
             angle, reach = np.degrees(curve.direction), curve.offsets[-1]
             last = (angle, reach, curve.pull[-1] / 1e3, curve.tensions[-1].max() / 1e3, factor)
-            rows.append((*map(_short, last), f"{name}: {curve.limit}"))
-        yield from columns(">>>>><", *rows)
+            offsets.append((*map(_short, last), f"{name}: {curve.limit}"))
+        yield from columns(">>>>><", *offsets)
         if self.broken:
-            rows = [("broken", "drift x", "y", "largest tension", "safety factor", "of line")]
-            rows += [("", "[m]", "[m]", "[kN]", "[1]", "")]
+            left: list[Sequence[str]] = [
+                ("broken", "drift x", "y", "largest tension", "safety factor", "of line")
+            ]
+            left += [("", "[m]", "[m]", "[kN]", "[1]", "")]
             for one in self.broken:
                 factor, name = self.safety(one.tensions)
                 values = (*one.drift, one.tensions.max() / 1e3, factor)
-                rows.append((one.name, *map(_short, values), name))
-            yield from ("", *columns("<>>>><", *rows))
+                left.append((one.name, *map(_short, values), name))
+            yield from ("", *columns("<>>>><", *left))
 
 
 def _known(value: float) -> float | None:

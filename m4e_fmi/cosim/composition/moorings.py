@@ -47,9 +47,9 @@ def mooring(
             return _of_file(path, asked)
         source = load_system(path)
     found = {
-        c.name: (kind.mooring, c.source.config)
+        c.name: (make, c.source.config)
         for c in source.components
-        if isinstance(c.source, Kind) and (kind := kind_of(c.source.name)).mooring
+        if isinstance(c.source, Kind) and (make := kind_of(c.source.name).mooring)
     }
     chosen = component or (next(iter(found)) if len(found) == 1 else "")
     if chosen not in found:

@@ -253,7 +253,7 @@ def stand_ins(
 def _statics(
     system: System, component: Component, description: Description
 ) -> Callable[[Mapping[str, float]], OutputsAtRest | None]:
-    """What a component gives at rest as its kind knows it, by the values of some of its inputs."""
+    """Outputs of a component at rest as its kind knows them, by values of some of its inputs."""
     source = component.source
     if not isinstance(source, Kind):
         return lambda _: None
