@@ -1,7 +1,7 @@
 """Headline figures of results: the few numbers that a person asks for first.
 
-Of a system in water mean power, capture width, line tension, offset and stroke; of a mechanism
-energy, range of motion and period; of anything else the ranges of what moves.
+Of a system in water mean power, capture width, line tension, safety factor, offset and stroke; of a
+mechanism energy, range of motion and period; of anything else the ranges of what moves.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def _powers(
 
 
 def _tensions(series: Mapping[str, Series], time: np.ndarray) -> Iterator[Headline]:
-    """The largest tension of a line."""
+    """The largest tension of a line, and the smallest safety factor: the line that breaks first."""
     lines = {
         name.removesuffix(".fairlead_tension"): tension
         for name, one in series.items()
@@ -135,6 +135,12 @@ def _tensions(series: Mapping[str, Series], time: np.ndarray) -> Iterator[Headli
         at = int(np.argmax(lines[line]))
         value = quantity(float(lines[line][at]), "N")
         yield Headline("largest line tension", value, f"{line}, at {time[at]:.4g} s")
+    factors = {n: one.values for n, one in series.items() if one.name.endswith(".safety_factor")}
+    if factors:
+        least = min(factors, key=lambda n: float(np.min(factors[n])))
+        at, line = int(np.argmin(factors[least])), least.removesuffix(".safety_factor")
+        value = f"{factors[least][at]:.3g}"
+        yield Headline("smallest safety factor", value, f"{line}, at {time[at]:.4g} s")
 
 
 def _excursions(series: Mapping[str, Series]) -> Iterator[Headline]:

@@ -90,3 +90,44 @@ def test_a_wave_pushes_a_taut_line(
     lines.close()
     error = np.abs(np.array(found) - np.array(expected)).max(axis=0)
     assert (error < 5e-3 * np.ptp(expected, axis=0) / 2).all()
+
+
+JUMPER = """\
+dimensions: 3
+water: {{density: 1000, depth: 100, gravity: 9.807}}
+waves: {{spectrum: regular, height: 10, period: 10, phase: {phase}, direction: {direction},
+        ramp_time: 20}}
+line_types:
+  riser: {{diameter: 0.396, mass_per_length: 165, axial_stiffness: 5.0e+8,
+          axial_damping_ratio: 0.5, bending_stiffness: 120.8e+3, drag_coefficient: 1,
+          added_mass_coefficient: 1}}
+anchors: {{low: [-100, 0, -55]}}
+fairleads: {{top: [0, 0, -5]}}
+lines: {{l: {{type: riser, from: low, to: top, unstretched_length: 170, segments: 34}}}}
+solver: {{scheme: RK4}}
+"""
+
+
+@pytest.mark.verifies(
+    "top tension of a flexible jumper in waves of 10 m from three directions",
+    published="Lowe and Langley, OMAE 2006, cases 4 to 6, read from their figures",
+    tolerance="1 kN, that of MoorDyn's own verification; of a range of 12 kN",
+)
+@pytest.mark.parametrize(
+    ("direction", "phase", "published"),
+    [
+        (0, -230, [43.7, 42.5, 42.3, 44.6, 50.6, 52.7, 52.6, 49.8, 46.5, 45.3]),
+        (45, -165, [41.1, 42.9, 49.9, 53.1, 52.9, 50.4, 47.4, 46.3, 44.4, 42.3]),
+        (90, 0, [52.2, 50.5, 49.1, 46.5, 43.4, 41.2, 40.5, 45.3, 50.3, 52.3]),
+    ],
+)
+def test_waves_on_a_jumper(direction: int, phase: int, published: list[float]) -> None:
+    """Tensions [kN] at whole seconds of the second period at full height."""
+    lines = line_system(JUMPER.format(direction=direction, phase=math.radians(phase)))
+    lines.start([(0.0, 0.0, -5.0)], [(0.0, 0.0, 0.0)])
+    found = [0.0]
+    for k in range(800):
+        lines.advance(k * 0.05, 0.05, [(0.0, 0.0, -5.0)], [(0.0, 0.0, 0.0)])
+        found.append(lines.fairlead_tension[0] / 1e3)
+    lines.close()
+    assert found[600:800:20] == pytest.approx(published, abs=1.0)

@@ -5,6 +5,7 @@ Either the lines are described here, or `file` names a ready MoorDyn v2 input fi
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated, Literal
 
 from pydantic import (
@@ -35,6 +36,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0, le=1e15, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, le=1e15, allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
+Load = Annotated[float, Field(ge=-1e15, le=1e15, allow_inf_nan=False)]
 Place = tuple[Coordinate, ...]
 """(x, z), or (x, y, z) where `dimensions` is 3."""
 
@@ -47,7 +49,16 @@ WavesOrNone = Annotated[
     Annotated[Literal["none"], Tag("word")] | Annotated[Waves, Tag("waves")],
     Discriminator(_is_word),
 ]
-DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
+DESCRIBED = (
+    "water",
+    "line_types",
+    "anchors",
+    "points",
+    "lines",
+    "seabed",
+    "solver",
+    "static_equilibrium",
+)
 
 
 class Water(Section):
@@ -66,6 +77,7 @@ class LineType(Section):
     or as axial_damping_ratio, that of the fastest mode of a segment (1: critical).
     drag_coefficient and added_mass_coefficient are those of Morison's equation, across the line;
     axial_drag_coefficient (which refers to the area π·d·l) and axial_added_mass_coefficient along.
+    breaking_strength [N]: the tension at an end that such a line holds.
     """
 
     diameter: Positive
@@ -78,6 +90,7 @@ class LineType(Section):
     added_mass_coefficient: NonNegative
     axial_drag_coefficient: NonNegative = 0.0
     axial_added_mass_coefficient: NonNegative = 0.0
+    breaking_strength: Positive | None = None
 
     @model_validator(mode="after")
     def _one_damping(self) -> LineType:
@@ -103,9 +116,11 @@ class LineType(Section):
 
 
 class Line(Section):
-    """A line of `type` from an anchor (or another fairlead) to a fairlead.
+    """A line of `type` from an anchor, a free point or a fairlead to a fairlead or a free point.
 
-    unstretched_length [m]; segments: how many pieces it is divided into.
+    unstretched_length [m]; segments: how many pieces it is divided into. winch: true if its length
+    and the rate of it are inputs. breaks: true if it parts at the end `to` once the tension there
+    exceeds the breaking strength of its type.
     """
 
     type: str
@@ -113,13 +128,41 @@ class Line(Section):
     to: str
     unstretched_length: Positive
     segments: int = Field(ge=1, le=1000)
+    winch: bool = False
+    breaks: bool = False
+
+
+class FreePoint(Section):
+    """A point that lines alone hold: a buoy, a clump weight, or a joint of lines.
+
+    position (x, z), in space (x, y, z) [m]: where the search for its equilibrium begins. Weight of
+    its mass [kg] and buoyancy of its volume [m³], all of it, above the water too. drag_area [m²]:
+    area times drag coefficient; added_mass_coefficient [1], of the volume; force: a constant one
+    with the components of a position [N], world frame.
+    """
+
+    position: Place
+    mass: NonNegative = 0.0
+    volume: NonNegative = 0.0
+    drag_area: NonNegative = 0.0
+    added_mass_coefficient: NonNegative = 0.0
+    force: tuple[Load, ...] | None = None
 
 
 class Seabed(Section):
-    """Normal stiffness [Pa/m] and damping [Pa·s/m] of the seabed, per projected area d·l."""
+    """Normal stiffness [Pa/m] and damping [Pa·s/m] of the seabed, per projected area d·l.
+
+    friction: the coefficient of it [1], the same in all directions; friction_damping: force over
+    speed of a node of a line, times that coefficient, up to where it slides [N·s/m]. bathymetry:
+    rows of a bed that is not flat, (x, depth) or (x, y, depth) [m] of a grid, or a CSV file with
+    these columns; linear between its lines and constant beyond.
+    """
 
     stiffness: NonNegative = 3.0e6
     damping: NonNegative = 3.0e5
+    friction: NonNegative = 0.0
+    friction_damping: NonNegative = 200.0
+    bathymetry: str | list[Place] | None = None
 
 
 class Solver(Section):
@@ -136,8 +179,9 @@ class MooringConfig(Section):
     """The keys of a component of `kind: mooring`, without `kind` and `start`.
 
     fairleads: a list of names, or names with the (x, z) [m] where they are unless a connection or a
-    start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame. With
-    `dimensions` 3 places are (x, y, z), and fairleads move along Y, too.
+    start value says otherwise. anchors: names with their fixed (x, z) [m]; points: names of those
+    that lines alone hold. World frame. With `dimensions` 3 places are (x, y, z), and fairleads move
+    along Y, too.
     static_equilibrium: true if lines start where they rest; else straight, or as a catenary.
     waves: those that move the water around the lines, as of hydrodynamics, continued up to the
     surface by `stretching`; default is still water. `none` says that lines stay in still water
@@ -149,11 +193,12 @@ class MooringConfig(Section):
     water: Water | None = None
     waves: WavesOrNone = Still(spectrum="still")
     current: Current | None = None
-    stretching: Stretching = "wheeler"
+    stretching: Stretching = "linear"
+    seabed: Seabed = Seabed()
     fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     line_types: dict[Name, LineType] = Field(default_factory=dict)
     anchors: dict[Name, Place] = Field(default_factory=dict)
-    seabed: Seabed = Seabed()
+    points: dict[Name, FreePoint] = Field(default_factory=dict)
     solver: Solver = Solver()
     static_equilibrium: bool = True
     lines: dict[Name, Line] = Field(default_factory=dict)
@@ -208,27 +253,36 @@ class MooringConfig(Section):
     @field_validator("anchors")
     @classmethod
     def _anchors_fit(cls, value: dict[str, Place], info: ValidationInfo) -> dict[str, Place]:
-        wrong = _misplaced("anchor", value, info)
-        for name in value:
-            if name in (info.data.get("fairleads", ())):
-                text = f"{name!r} is also the name of a fairlead"
-                wrong.append(rejected_at((name,), text, "give the anchor another name"))
-        _raise("anchors", wrong)
+        _raise("anchors", _misplaced("anchor", value, info) + _named_twice("anchor", value, info))
+        return value
+
+    @field_validator("points")
+    @classmethod
+    def _points_fit(cls, value: dict[str, FreePoint], info: ValidationInfo) -> dict[str, FreePoint]:
+        places = {name: point.position for name, point in value.items()}
+        wrong = _misplaced("point", places, info) + _named_twice("point", value, info)
+        dimensions = info.data.get("dimensions", 2)
+        for name, point in value.items():
+            if point.force is not None and len(point.force) != dimensions:
+                text = f"{name}: a force has {dimensions} components, got {len(point.force)}"
+                wrong.append(rejected_at((name, "force"), text, "as many as the position has"))
+        _raise("points", wrong)
         return value
 
     @field_validator("lines")
     @classmethod
     def _lines_fit(cls, value: dict[str, Line], info: ValidationInfo) -> dict[str, Line]:
-        keys = ("line_types", "anchors", "fairleads")
+        keys = ("line_types", "anchors", "fairleads", "points")
         if not info.data.keys() >= {*keys}:  # one of them is wrong itself
             return value
-        types, anchors, fairleads = (info.data[key] for key in keys)
+        types, anchors, fairleads, points = (info.data[key] for key in keys)
         wrong = []
+        more = " or point" if points else ""
         for name, line in value.items():
             for key, noun, names in (
                 ("type", "line type", types),
-                ("to", "fairlead", fairleads),
-                ("from", "anchor or fairlead", {*anchors, *fairleads}),
+                ("to", f"fairlead{more}", {*fairleads, *points}),
+                ("from", f"anchor or fairlead{more}", {*anchors, *fairleads, *points}),
             ):
                 given = line.from_ if key == "from" else getattr(line, key)
                 if given not in names:
@@ -238,11 +292,16 @@ class MooringConfig(Section):
             if line.from_ == line.to:
                 text = f"{name} begins and ends at {line.to!r}"
                 wrong.append(rejected_at((name, "from"), text, "let it begin at an anchor"))
+            if line.breaks and line.type in types and not types[line.type].breaking_strength:
+                text = f"{name} breaks, but its type {line.type!r} has no breaking strength"
+                wrong.append(rejected_at((name, "breaks"), text, "add 'breaking_strength: …' in N"))
         used = {end for line in value.values() for end in (line.from_, line.to)}
-        idle = [name for name in fairleads if name not in used] if value else []
-        if idle and not wrong:
-            text = f"no line ends at fairlead {', '.join(map(repr, idle))}"
-            wrong.append(rejected_at((), text, "add a line with 'to: …', or remove the fairlead"))
+        for noun, names in (("fairlead", fairleads), ("point", points)):
+            idle = [name for name in names if name not in used] if value else []
+            if idle and not wrong:
+                text = f"no line ends at {noun} {', '.join(map(repr, idle))}"
+                remedy = f"add a line with 'to: …', or remove the {noun}"
+                wrong.append(rejected_at((), text, remedy))
         _raise("lines", wrong)
         return value
 
@@ -256,7 +315,7 @@ class MooringConfig(Section):
                     "write it in the MoorDyn file, or describe the lines here without 'file'",
                 )
             return self
-        needed = ("water", "line_types", "fairleads", "lines")
+        needed = ("water", "line_types", *([] if self.points else ["fairleads"]), "lines")
         missing = [key for key in needed if not getattr(self, key)]
         if missing:
             raise rejected(
@@ -270,6 +329,7 @@ def _misplaced(noun: str, places: dict[str, Place], info: ValidationInfo) -> lis
     """A problem for each place with another number of coordinates, or below the seabed."""
     dimensions, water = info.data.get("dimensions", 2), info.data.get("water")
     form = "[x, z]" if dimensions == 2 else "[x, y, z]"
+    flat = info.data.get("seabed", Seabed()).bathymetry is None
     wrong = []
     for name, place in places.items():
         if len(place) != dimensions:
@@ -278,7 +338,7 @@ def _misplaced(noun: str, places: dict[str, Place], info: ValidationInfo) -> lis
                 remedy += ", and places in space need 'dimensions: 3'"
             text = f"{name}: expected {form}, got {len(place)} entries"
             wrong.append(rejected_at((name,), text, remedy))
-        elif water and place[-1] < -water.depth:
+        elif water and flat and place[-1] < -water.depth:
             text = (
                 f"{noun} {name!r} at z = {place[-1]:g} m lies below the seabed at "
                 f"{-water.depth:g} m"
@@ -286,6 +346,16 @@ def _misplaced(noun: str, places: dict[str, Place], info: ValidationInfo) -> lis
             remedy = f"use z >= {-water.depth:g}, or a larger depth"
             wrong.append(rejected_at((name,), text, remedy))
     return wrong
+
+
+def _named_twice(noun: str, names: Iterable[str], info: ValidationInfo) -> list[InitErrorDetails]:
+    """A problem for each name that an anchor or a fairlead has already."""
+    return [
+        rejected_at((n,), f"{n!r} is also the name of {other}", f"give the {noun} another name")
+        for n in names
+        for other, key in (("a fairlead", "fairleads"), ("an anchor", "anchors"))
+        if n in info.data.get(key, ())
+    ]
 
 
 def in_space(place: Place) -> tuple[float, float, float]:

@@ -7,9 +7,11 @@ from pathlib import Path
 
 from m4e_adapters.hydrodynamics.config import current_problems
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.moordyn.bathymetry import FILE, Bathymetry, bathymetry
 from m4e_adapters.moordyn.config import MooringConfig, Seabed, in_space
-from m4e_adapters.moordyn.line_file import line_file
+from m4e_adapters.moordyn.line_file import line_file, point_numbers
 from m4e_adapters.moordyn.mooring import (
+    Failure,
     Fairlead,
     Mooring,
     NetData,
@@ -21,6 +23,9 @@ from m4e_adapters.moordyn.mooring import (
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
 from m4e_adapters.moordyn.stability import SPEED, Segment, clear_of_seabed
 from m4e_fmi.errors import InputError, Problem
+
+ROUNDED = 1e-3
+"""[m] below a seabed of a file, by which places may be rounded."""
 
 
 def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
@@ -34,12 +39,17 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         return found.in_space() if config.dimensions == 3 else found
     water = config.water
     assert water is not None
+    bed = _bed(config, Path(folder))
+    depths = (water.depth, water.depth) if bed is None else (bed.depth.min(), bed.depth.max())
     sea = moved(water.depth, water.gravity)
-    segments = _segments(config, speed=SPEED + (sea.speed if sea else 0.0))
+    segments = _segments(
+        config, shallowest=float(depths[0]), speed=SPEED + (sea.speed if sea else 0.0)
+    )
     moving = {name: s for name, s in segments.items() if config.lines[name].segments > 1}
     step = internal_step(moving, scheme=config.solver.scheme, wanted=config.solver.time_step)
+    number = point_numbers(config)
     return Mooring(
-        text=line_file(config, time_step=step),
+        text=line_file(config, time_step=step, deepest=float(depths[1])),
         fairleads=tuple(
             Fairlead(
                 name,
@@ -51,13 +61,49 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         ),
         lines=tuple(config.lines),
         time_step=step,
-        net=_net(config, segments),
+        net=_net(config, segments) if bed is None else None,
         at_rest=config.static_equilibrium,
-        bed=-water.depth,
+        bed=-float(depths[1]),
         scheme=config.solver.scheme,
         sea=sea,
         fastest=fastest_water(moving, scheme=config.solver.scheme, step=step),
+        files={} if bed is None else {FILE: bed.file},
+        failures=tuple(
+            Failure(((k, 1),), tension=strength)
+            for k, line in enumerate(config.lines.values())
+            if line.breaks and (strength := config.line_types[line.type].breaking_strength)
+        ),
+        winches=tuple(k for k, line in enumerate(config.lines.values()) if line.winch),
+        strengths={
+            name: strength
+            for name, line in config.lines.items()
+            if (strength := config.line_types[line.type].breaking_strength)
+        },
+        anchors={name: number[name] for name in config.anchors},
+        points={name: number[name] for name in config.points},
     )
+
+
+def _bed(config: MooringConfig, folder: Path) -> Bathymetry | None:
+    """The seabed that is not flat; InputError for places below it."""
+    if config.seabed.bathymetry is None:
+        return None
+    bed = bathymetry(config.seabed.bathymetry, folder=folder)
+    points = {name: point.position for name, point in config.points.items()}
+    groups = {"anchors": config.anchors, "fairleads": config.fairleads, "points": points}
+    places = {(key, name): at for key, group in groups.items() for name, at in group.items() if at}
+    InputError.raise_for(
+        Problem(
+            f"{keys[1]} at z = {place[2]:g} m lies below the seabed, there at {-depth:g} m",
+            "use a larger z, or check the bathymetry",
+            keys=keys,
+        )
+        for keys, at in places.items()
+        for place in [in_space(at)]
+        for depth in [bed.at(*place[:2])]
+        if place[2] < -depth - ROUNDED
+    )
+    return bed
 
 
 def _sea(config: MooringConfig, folder: Path, depth: float, gravity: float) -> Sea | None:
@@ -76,7 +122,7 @@ def _sea(config: MooringConfig, folder: Path, depth: float, gravity: float) -> S
 
 
 def _net(config: MooringConfig, segments: dict[str, Segment]) -> NetData:
-    """Points (anchors, then fairleads) and lines, for their static equilibrium."""
+    """Points (anchors, fairleads, free points) and lines, for their static equilibrium."""
     water = config.water
     assert water is not None
     held = [
@@ -84,11 +130,18 @@ def _net(config: MooringConfig, segments: dict[str, Segment]) -> NetData:
         for name, place in config.anchors.items()
     ]
     moved = [{"position": (0.0, 0.0, 0.0), "force": None} for _ in config.fairleads]
-    number = {name: k for k, name in enumerate([*config.anchors, *config.fairleads])}
+    free = []
+    for name, point in config.points.items():
+        lift = point.volume * water.density * water.gravity
+        x, y, z = in_space(point.force or (0.0, 0.0))
+        force = (x, y, z + lift - point.mass * water.gravity)
+        known = {"name": f"point {name}", "buoyancy": lift}
+        free.append({"position": in_space(point.position), "force": force, **known})
+    number = point_numbers(config)
     lines = [
         net_line(
             segments[name],
-            ends=(number[line.from_], number[line.to]),
+            ends=(number[line.from_] - 1, number[line.to] - 1),
             count=line.segments,
             length=line.unstretched_length,
             gravity=water.gravity,
@@ -96,7 +149,7 @@ def _net(config: MooringConfig, segments: dict[str, Segment]) -> NetData:
         for name, line in config.lines.items()
     ]
     return {
-        "points": [*held, *moved],
+        "points": [*held, *moved, *free],
         "fairleads": list(range(len(held), len(held) + len(moved))),
         "lines": lines,
         "bed": -water.depth,
@@ -104,16 +157,14 @@ def _net(config: MooringConfig, segments: dict[str, Segment]) -> NetData:
     }
 
 
-def _segments(config: MooringConfig, *, speed: float) -> dict[str, Segment]:
-    """A segment of every line, at most at `speed` [m/s]."""
+def _segments(config: MooringConfig, *, shallowest: float, speed: float) -> dict[str, Segment]:
+    """A segment of every line, at most at `speed` [m/s], above a bed of this least depth [m]."""
     found = {}
     for name, line in config.lines.items():
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
         held = [config.anchors[end][-1] for end in (line.from_,) if end in config.anchors]
-        bed = config.seabed
-        if config.water and clear_of_seabed(
-            held, length=line.unstretched_length, depth=config.water.depth
-        ):
+        bed, ends = config.seabed, (line.from_, line.to)
+        if config.water and clear_of_seabed(held, length=line.unstretched_length, depth=shallowest):
             bed = Seabed(stiffness=0.0, damping=0.0)
         found[name] = Segment(
             length=length,
@@ -129,6 +180,23 @@ def _segments(config: MooringConfig, *, speed: float) -> dict[str, Segment]:
             added_mass_coefficient=kind.added_mass_coefficient,
             axial_drag_coefficient=kind.axial_drag_coefficient,
             axial_added_mass_coefficient=kind.axial_added_mass_coefficient,
+            friction=max(
+                bed.friction * bed.friction_damping,
+                *(_damping(config, end, kind.mass_per_length * length, speed) for end in ends),
+            ),
             speed=speed,
         )
     return found
+
+
+def _damping(config: MooringConfig, end: str, mass: float, speed: float) -> float:
+    """Damping [N·s/m] of a node with `mass` [kg] as fast as that of a free point by its drag.
+
+    0 at other ends.
+    """
+    point = config.points.get(end)
+    if point is None or config.water is None:
+        return 0.0
+    density = config.water.density
+    whole = point.mass + density * point.volume * point.added_mass_coefficient + mass / 2
+    return density * point.drag_area * speed * mass / whole

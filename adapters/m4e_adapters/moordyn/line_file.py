@@ -7,27 +7,31 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from m4e_adapters.moordyn.config import MooringConfig, Place, in_space
+from m4e_adapters.moordyn.bathymetry import FILE
+from m4e_adapters.moordyn.config import FreePoint, MooringConfig, in_space
 
 QUIET = (("0", "writeLog"), ("1", "disableOutput"), ("1", "disableOutTime"))
 RELAXATION = (("1", "ICgenDynamic"), ("1e-4", "threshIC"), ("10", "dtIC"))
 """How MoorDyn looks for the static equilibrium where ours was not found: its stationary solver
 stops anywhere; the tensions of 10 moments within dtIC/10 must be alike."""
 MOVING_WATER = ("1", "WaveKin")  # velocities and accelerations of the water come from outside
-NO_CABLE = "0.0 0.0 0.0 0.0"  # mass, volume, drag area and added mass of a point
+NOTHING = FreePoint(position=())  # of which an anchor or a fairlead has the mass and the rest
 
 
-def line_file(config: MooringConfig, *, time_step: float) -> str:
-    """The input file of described lines: anchors first, then fairleads.
+def point_numbers(config: MooringConfig) -> dict[str, int]:
+    """Numbers, from 1, in the table of points: anchors first, then fairleads and free points."""
+    return {n: k for k, n in enumerate([*config.anchors, *config.fairleads, *config.points], 1)}
 
-    `time_step` [s] is MoorDyn's internal one.
+
+def line_file(config: MooringConfig, *, time_step: float, deepest: float) -> str:
+    """The input file of described lines.
+
+    `time_step` [s] is MoorDyn's internal one, `deepest` the largest depth [m] of the seabed.
     """
-    points: dict[str, tuple[str, Place]] = {
-        name: ("Fixed", place) for name, place in config.anchors.items()
-    }
-    for name, place in config.fairleads.items():
-        points[name] = ("Coupled", place or (0.0, 0.0))
-    number = {name: k + 1 for k, name in enumerate(points)}
+    number = point_numbers(config)
+    fixed = [("Fixed", place, NOTHING) for place in config.anchors.values()]
+    coupled = [("Coupled", place or (0.0, 0.0), NOTHING) for place in config.fairleads.values()]
+    free = [("Free", point.position, point) for point in config.points.values()]
     return "\n".join(
         [
             "MoorDyn v2 input file",
@@ -39,11 +43,11 @@ def line_file(config: MooringConfig, *, time_step: float) -> str:
             ),
             *_section(
                 "POINTS",
-                "ID Type X Y Z M V CdA CA",
-                "(-) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)",
+                "ID Type X Y Z M V FX FY FZ CdA CA",
+                "(-) (-) (m) (m) (m) (kg) (m^3) (N) (N) (N) (m^2) (-)",
                 [
-                    f"{number[name]} {kind} {' '.join(map(repr, in_space(at)))} {NO_CABLE}"
-                    for name, (kind, at) in points.items()
+                    f"{k} {kind} {' '.join(map(repr, (*in_space(at), *_of_point(point))))}"
+                    for k, (kind, at, point) in enumerate([*fixed, *coupled, *free], 1)
                 ],
             ),
             *_section(
@@ -57,7 +61,7 @@ def line_file(config: MooringConfig, *, time_step: float) -> str:
                 ],
             ),
             header("OPTIONS"),
-            *(f"{value} {key}" for value, key in _options(config, time_step)),
+            *(f"{value} {key}" for value, key in _options(config, time_step, deepest)),
             header("OUTPUTS"),
             header("END"),
             "",
@@ -72,6 +76,11 @@ def header(title: str) -> str:
 
 def _section(title: str, names: str, units: str, rows: Iterable[str]) -> list[str]:
     return [header(title), names, units, *rows]
+
+
+def _of_point(point: FreePoint) -> tuple[float, ...]:
+    force = in_space(point.force or (0.0, 0.0))
+    return point.mass, point.volume, *force, point.drag_area, point.added_mass_coefficient
 
 
 def _line_type(name: str, config: MooringConfig) -> str:
@@ -94,8 +103,8 @@ def _line_type(name: str, config: MooringConfig) -> str:
     return " ".join([name, *map(repr, values)])
 
 
-def _options(config: MooringConfig, time_step: float) -> Iterable[tuple[str, str]]:
-    water = config.water
+def _options(config: MooringConfig, time_step: float, deepest: float) -> Iterable[tuple[str, str]]:
+    water, bed = config.water, config.seabed
     assert water is not None
     yield from (*QUIET, *RELAXATION)
     if config.moves_water:
@@ -104,10 +113,14 @@ def _options(config: MooringConfig, time_step: float) -> Iterable[tuple[str, str
     for value, key in (
         (water.gravity, "g"),
         (water.density, "rho"),
-        (water.depth, "WtrDpth"),
-        (config.seabed.stiffness, "kBot"),
-        (config.seabed.damping, "cBot"),
+        (deepest, "WtrDpth"),
+        (bed.stiffness, "kBot"),
+        (bed.damping, "cBot"),
+        (bed.friction, "FrictionCoefficient"),
+        (bed.friction_damping, "FricDamp"),
         (time_step, "dtM"),
     ):
         yield repr(value), key
     yield config.solver.scheme, "tScheme"
+    if bed.bathymetry is not None:
+        yield FILE, "SeafloorFile"

@@ -17,7 +17,7 @@ MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
 """
 
 from itertools import chain
-from math import dist, hypot, inf, isfinite
+from math import dist, hypot, inf, isfinite, sqrt
 
 from .moordyn_system import MoorDynSystem, warnings_in, with_free_ends
 from .plausibility import (
@@ -32,6 +32,7 @@ from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
+LYING = 1e-3  # [m] above the seabed, up to which a node lies on it
 START_STRAIN = 0.002  # at the start, by this: steel yields there
 
 
@@ -142,6 +143,7 @@ class LineSystem:
         self._falling = any(time is not None or limit is not None for _, time, limit in failures)
         self.parted = []
         self.warnings = []
+        self._partings = []
         self._stretched = set()  # the lines that were too long when last looked at
         self._surfaced = set()  # the free points that were above the water when last looked at
 
@@ -231,6 +233,7 @@ class LineSystem:
         self.warnings += self._beyond(START_STRAIN, remedy).values()
         self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
         self._surfaced = set()
+        self.warnings += self.surfaced() + self.partings()
 
     def advance(self, t, h, position, velocity, winch=()):
         """Advance from t over h [s]: fairleads end at position + velocity·h. MooringError.
@@ -277,15 +280,44 @@ class LineSystem:
     def _part_where_due(self, t):
         for k, (ends, time, tension) in enumerate(self._failures):
             late = time is not None and t >= time
-            torn = tension is not None and any(
-                hypot(*self.end_force(*end)) >= tension for end in ends
-            )
-            if late or torn:
+            pulls = {line: hypot(*self.end_force(line, end)) for line, end in ends}
+            torn = tension is not None and max(pulls.values()) >= tension
+            if (late or torn) and k not in self.parted:
+                texts = (f"{self._names[line]} of {pull:.4g} N" for line, pull in pulls.items())
+                self._partings.append(f"parted at t = {t:.6g} s: {', '.join(texts)}")
                 self.part(k)
+
+    def partings(self):
+        """A text for each failure that has happened by itself since the last call."""
+        texts, self._partings = self._partings, []
+        return texts
 
     def node_position(self, line, node):
         """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
         return self._moordyn.node_position(line, node)
+
+    def point_position(self, ends):
+        """(x, y, z) [m] of a point at which (line, end) are that have not all parted from it."""
+        left = [end for end in map(tuple, ends) if end not in self._gone()] or ends
+        return self._moordyn.end_motion(*left[0])[:3]
+
+    def along(self, line):
+        """x, y, z [m] and tension [N] at each node of a line, by its number from 0: flat."""
+        return self._moordyn.along(line)
+
+    def touchdown(self, line, heights):
+        """Unstretched length [m] of a line on a flat seabed, from end A on; nodes at `heights` [m].
+
+        Behind the last node that lies, the line rises as a parabola through the two next ones.
+        """
+        count, length = len(heights) - 1, self._moordyn.length(line)
+        above = [z - self._bed for z in heights]
+        free = next((k for k, z in enumerate(above) if z > LYING), count + 1)
+        if not 0 < free < count:
+            return length * (free > 0) * min(1, free / count)
+        first, second = above[free : free + 2]
+        rise = sqrt(second / first) - 1 if second > first else 0.0
+        return length / count * (free - min(1.0, 1 / rise if rise else 1.0))
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""

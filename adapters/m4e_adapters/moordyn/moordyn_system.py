@@ -54,8 +54,9 @@ class Lines(ctypes.Structure):
 
     _fields_ = [
         *((name, c_void_p) for name in (
-            "step", "set_dt", "set_water", "node_position", "node_force", "set_length", "set_rate",
-            "sample", "system", "line", "segments", "ends", "axes", "fixed", "winch",
+            "step", "set_dt", "set_water", "node_position", "node_force", "node_tension",
+            "set_length", "set_rate", "sample", "system", "line", "segments", "ends", "axes",
+            "fixed", "winch",
         )),
         *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
         *((name, c_int32) for name in ("inert", "moving")),
@@ -70,6 +71,7 @@ _CALLED = {
     "set_water": "ExternalWaveKinSet",
     "node_position": "GetLineNodePos",
     "node_force": "GetLineNodeForce",
+    "node_tension": "GetLineNodeTen",
     "set_length": "SetLineUnstretchedLength",
     "set_rate": "SetLineUnstretchedLengthVel",
 }
@@ -121,6 +123,7 @@ def _runtime(path):
         times = (c_double, c_double) if name == "advance" else ()
         function = getattr(library, f"m4e_lines_{name}")
         function.argtypes = (ctypes.POINTER(Lines), *times, *[c_void_p] * count)
+    library.m4e_lines_nodes.argtypes = (ctypes.POINTER(Lines), c_uint32, c_void_p)
     library.m4e_lines_clean.argtypes = (c_void_p, c_size_t)
     return library
 
@@ -292,6 +295,12 @@ class MoorDynSystem:
         node = end * self.segments[line]
         return [*self.node_position(line, node), *self.node_velocity(line, node)]
 
+    def length(self, line):
+        """Unstretched length [m] of a line now, by its number from 0."""
+        found = c_double()
+        moordyn().MoorDyn_GetLineUnstretchedLength(self._arrays["line"][line], byref(found))
+        return found.value
+
     def set_lengths(self, lengths):
         """Let the lines with a winch have these lengths [m]."""
         first = len(self.state) - len(self._winches)
@@ -318,7 +327,9 @@ class MoorDynSystem:
     def _made(self, folder, position, search):
         """Let MoorDyn begin there; True if it fails."""
         library = moordyn()
-        self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
+        # MoorDyn looks for the file of the seabed in the folder that the process is in
+        with contextlib.chdir(folder) if self._files else contextlib.nullcontext():
+            self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
         if not self._system:
             return True
         initialise = library.MoorDyn_Init if search else library.MoorDyn_Init_NoIC
@@ -460,9 +471,14 @@ class MoorDynSystem:
         """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
         return self._read("GetLineNodePos", line, node)
 
-    def node_tension(self, line, node):
-        """Tension [N] (x, y, z) at a node of a line: the mean of its segments', with damping."""
-        return self._read("GetLineNodeTen", line, node)
+    def along(self, line):
+        """x, y, z [m] and tension [N] at each node of a line, by its number from 0: flat.
+
+        The tension is the mean of the segments beside it, with their damping.
+        """
+        rows = (c_double * (4 * self.segments[line] + 4))()
+        self._library.m4e_lines_nodes(self._at, line, rows)
+        return rows[:]
 
     def node_velocity(self, line, node):
         """(x, y, z) [m/s] of a node of a line."""

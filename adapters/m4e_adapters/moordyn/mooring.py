@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,12 @@ from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_adapters.hydrodynamics.seas.water.moving_water import HEIGHTS, water_speed
+from m4e_adapters.moordyn.ready_files.attachments import COUPLED
 from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, fastest, stable_step
 from m4e_fmi.errors import InputError, Problem
 
 FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
 SHORTEST = 1e-6  # [s] internal step: a million of them a second
-
 
 NetData = dict[str, Any]
 """JSON values that describe points and lines, see `rest.net_at`."""
@@ -95,7 +96,8 @@ class Mooring:
     taken otherwise than it stands there. `winches` are numbers of the lines whose length is set.
     `sea` is None if the water is not moved from outside. `fastest` [m/s] is the speed of the water
     up to which the internal step is stable. `no_way_back` says why the state cannot be saved and
-    restored; empty where it can.
+    restored; empty where it can. `strengths` [N] are those of lines, as far as they are known;
+    `anchors` and `points` have the numbers in the text of fixed and free points, by name.
     """
 
     text: str
@@ -118,6 +120,33 @@ class Mooring:
     sea: Sea | None = None
     fastest: float = math.inf
     no_way_back: str = ""
+    strengths: Mapping[str, float] = field(default_factory=dict)
+    anchors: Mapping[str, int] = field(default_factory=dict)
+    points: Mapping[str, int] = field(default_factory=dict)
+
+    def rows(self, title: str) -> list[list[str]]:
+        """Words of the rows of the table `title` of the text; none without it."""
+        lines = self.text.splitlines()
+        first = next((k for k, row in enumerate(lines) if row.strip("- ") == title), len(lines))
+        return [row.split() for row in takewhile(lambda row: "---" not in row, lines[first + 3 :])]
+
+    @property
+    def flat(self) -> bool:
+        """True of a seabed that is not read from a file."""
+        return "seafloorfile" not in self.text.lower()
+
+    @property
+    def moved(self) -> dict[str, Fairlead]:
+        """Fairleads that are points, by their number in the text; MoorDyn has rods before them."""
+        numbers = [row[0] for row in self.rows("POINTS") if row[1].upper() in COUPLED]
+        first = len(self.fairleads) - len(numbers)
+        return dict(zip(numbers, self.fairleads[first:], strict=True))
+
+    def ends_at(self, point: int) -> list[tuple[int, int]]:
+        """(line, end) from 0, end 1 for B, of all that is at a point, by its number."""
+        rows = self.rows("LINES")
+        ends = [(k, end) for k in range(len(rows)) for end in (0, 1)]
+        return [(k, end) for k, end in ends if rows[k][2 + end] == str(point)]
 
     def described(self) -> dict[str, Any]:
         """The arguments of a `LineSystem`, but for its text and files: JSON values."""

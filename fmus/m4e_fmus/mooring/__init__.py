@@ -68,6 +68,11 @@ def _build(
         **mooring.described(),
         "parting": _parting(mooring),  # of every line that can part the number of its failure
         "nodes": {line: _nodes(mooring, line) for line in mooring.lines},
+        "anchors": {name: mooring.ends_at(point) for name, point in mooring.anchors.items()},
+        "points": {name: mooring.ends_at(point) for name, point in mooring.points.items()},
+        "strengths": dict(mooring.strengths),
+        "flat": mooring.flat,
+        "looked_up": [v.name for v in _looked_up(mooring, ())],
         "files": list(mooring.files),
     }
     source = PythonSource(
@@ -176,7 +181,6 @@ def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
         for line in mooring.lines
         for end, where in (("fairlead", "to"), ("anchor", "from"))
     ]
-    nodes = [v for line in mooring.lines for v in _places(mooring, line, names)]
     text = "1 parts {} from what it holds, for good"
     parted = [
         FmuVariable(
@@ -192,7 +196,7 @@ def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
         )
         for line in _parting(mooring)
     ]
-    return (*inputs, *outputs, *tensions, *parted, *nodes)
+    return (*inputs, *outputs, *tensions, *parted, *_looked_up(mooring, names))
 
 
 def _that_parts(mooring: Mooring) -> Mooring:
@@ -207,10 +211,8 @@ def _that_parts(mooring: Mooring) -> Mooring:
 
 
 def _moved_end(mooring: Mooring, line: int) -> int:
-    """The end, 0 (A) or 1 (B), that is at a fairlead; B where both or none are, or who knows."""
-    if mooring.net is None:
-        return 1
-    moved = [end in mooring.net["fairleads"] for end in mooring.net["lines"][line]["ends"]]
+    """The end, 0 (A) or 1 (B), that is at a fairlead; B where both or none are."""
+    moved = [end in mooring.moved for end in mooring.rows("LINES")[line][2:4]]
     return 0 if moved == [True, False] else 1
 
 
@@ -224,47 +226,64 @@ def _parting(mooring: Mooring) -> dict[str, int]:
 
 
 def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
-    """The lines, and the bed; places depend on no parameter."""
+    """The lines, but for those at rods and bodies, and the bed; places depend on no parameter."""
     mooring = moordyn.mooring(config, folder=folder)
-    if mooring.net is None:
-        return Shown(floor=mooring.bed)
-    cables = []
-    for name, line in zip(mooring.lines, mooring.net["lines"], strict=True):
-        start, end = (_end(mooring, point) for point in line["ends"])
-        cables.append(ShownCable(name, (start, end), len(_nodes(mooring, name))))
+    at: dict[str, End] = {
+        row[0]: (float(row[2]), float(row[3]), float(row[4]))
+        for row in mooring.rows("POINTS")
+        if not row[1].upper().startswith("BODY")
+    }
+    at |= {word: fairlead.name for word, fairlead in mooring.moved.items()}
+    at |= {str(number): name for name, number in mooring.points.items()}
+    cables = [
+        ShownCable(name, (at[row[2]], at[row[3]]), len(_nodes(mooring, name)))
+        for name, row in zip(mooring.lines, mooring.rows("LINES"), strict=True)
+        if row[2] in at and row[3] in at
+    ]
     return Shown(cables=tuple(cables), floor=mooring.bed)
 
 
-def _end(mooring: Mooring, point: int) -> End:
-    """A point of the net: the name of a fairlead, else its place; of a free one at the start."""
-    assert mooring.net is not None
-    if point in mooring.net["fairleads"]:
-        return mooring.fairleads[mooring.net["fairleads"].index(point)].name
-    x, y, z = mooring.net["points"][point]["position"]
-    return x, y, z
-
-
 def _nodes(mooring: Mooring, line: str) -> list[int]:
-    """Numbers of the nodes of a line whose places are outputs, both ends among them."""
-    if mooring.net is None:
-        return []
-    last = mooring.net["lines"][mooring.lines.index(line)]["segments"]
+    """Numbers of the nodes of a line that are outputs, both ends among them."""
+    last = int(mooring.rows("LINES")[mooring.lines.index(line)][5])
     count = min(last, MOST_PIECES)
     return [round(last * k / count) for k in range(count + 1)]
 
 
-def _places(mooring: Mooring, line: str, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
-    for axis in "xyz":
+def _looked_up(mooring: Mooring, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
+    """Outputs that are computed if they are read: of lines, free points and anchors.
+
+    All but places of nodes are declared to depend on all inputs, so that they are read once a row.
+    """
+
+    def output(name: str, text: str, unit: str = "N") -> FmuVariable:
+        return replace(_output(name, text, inputs), unit=unit, dependencies=inputs)
+
+    places = tuple(n for n in inputs if n.rpartition(".")[2] in "xyz")
+    for line in mooring.lines:
+        for axis in "xyz":
+            for number, node in enumerate(_nodes(mooring, line), start=1):
+                text = f"{axis} of node {node} of {line}, counted from the end given with 'from'"
+                found = output(f"{line}.node_{axis}[{number}]", text, "m")
+                yield replace(found, dependencies=(), initial_dependencies=places)
         for number, node in enumerate(_nodes(mooring, line), start=1):
-            yield FmuVariable(
-                f"{line}.node_{axis}[{number}]",
-                "m",
-                f"{axis} of node {node} of {line}, counted from the end given with 'from'",
-                causality="output",
-                initial="calculated",
-                dependencies=(),
-                initial_dependencies=tuple(n for n in inputs if n.rpartition(".")[2] in "xyz"),
-            )
+            text = f"tension within {line} at node {node}; at its ends of its last segments"
+            yield output(f"{line}.tension[{number}]", text)
+        if mooring.flat:
+            text = f"unstretched length of {line} on the seabed, from the end given with 'from'"
+            yield output(f"{line}.touchdown", text, "m")
+        if line in mooring.strengths:
+            text = f"strength of {line}, {mooring.strengths[line]:g} N, over its larger end tension"
+            yield output(f"{line}.safety_factor", text, "1")
+    for point in mooring.points:
+        for axis in "xyz":
+            yield output(f"{point}.{axis}", f"{axis} of {point}, world frame", "m")
+    for anchor in mooring.anchors:
+        for axis in "xyz":
+            text = f"force of the lines on {anchor} along {axis}, world frame"
+            yield output(f"{anchor}.force_{axis}", text)
+        text = f"angle of the lines' pull at {anchor} above the horizontal; 0 if it is downwards"
+        yield output(f"{anchor}.uplift_angle", text, "rad")
 
 
 def _of_fairlead(fairlead: Fairlead) -> Iterator[FmuVariable]:
@@ -286,8 +305,7 @@ def _of_fairlead(fairlead: Fairlead) -> Iterator[FmuVariable]:
 
 def _of_winch(mooring: Mooring, line: int) -> Iterator[FmuVariable]:
     """Inputs of the length of a line with a winch."""
-    assert mooring.net is not None
-    name, length = mooring.lines[line], mooring.net["lines"][line]["length"]
+    name, length = mooring.lines[line], float(mooring.rows("LINES")[line][4])
     text = f"unstretched length of {name}"
     yield FmuVariable(f"{name}.length", "m", text, causality="input", start=length)
     yield FmuVariable(

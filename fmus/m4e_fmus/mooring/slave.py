@@ -3,6 +3,7 @@
 import json
 import sys
 from itertools import chain
+from math import atan2, hypot
 
 from pythonfmu.enums import Fmi2Status
 
@@ -10,6 +11,7 @@ from .line_system import LineSystem  # type: ignore  # side by side in the FMU
 from .slave_base import M4eSlave  # type: ignore
 
 ROUNDING = 1e-6  # of speeds
+SAFEST = 1e3  # the largest safety factor
 
 
 class MooringSlave(M4eSlave):
@@ -40,7 +42,9 @@ class MooringSlave(M4eSlave):
             ),
         ]
         self._water, self._of_water, self._values_of_water = None, [], []
-        nodes, names = system.pop("nodes"), system.pop("files")
+        nodes, names, looked_up = (system.pop(key) for key in ("nodes", "files", "looked_up"))
+        self._anchors, self._points = system.pop("anchors"), system.pop("points")
+        self._strengths, self._flat = system.pop("strengths"), system.pop("flat")
         self._parting = {
             self.index[f"{line}.parted"]: failure for line, failure in system.pop("parting").items()
         }
@@ -58,13 +62,16 @@ class MooringSlave(M4eSlave):
             },
             **system,
         )
-        self._nodes = {
-            (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
-            for line, name in enumerate(self._line_names)
-            for k, node in enumerate(nodes[name], start=1)
-        }
-        self._of_nodes = {place for places in self._nodes.values() for place in places}
-        self._nodes_known = True
+        self._nodes = [
+            [
+                (4 * node + k, self.index[f"{name}.{value}[{number}]"])
+                for k, value in enumerate(("node_x", "node_y", "node_z", "tension"))
+                for number, node in enumerate(nodes[name], start=1)
+            ]
+            for name in self._line_names
+        ]
+        self._slow = {self.index[name] for name in looked_up}
+        self._slow_known = True
         self._started_with = None
 
     def _moving_water(self):
@@ -123,7 +130,8 @@ class MooringSlave(M4eSlave):
         self._set_water()
         winch = [x for pair in zip(*self._taken(self._winches), strict=True) for x in pair]
         self._lines.advance(t, h, self._taken(self._motion), self._taken(self._speed), winch)
-        self._warn(self._lines.overstretched() + self._lines.surfaced())
+        told = self._lines.overstretched() + self._lines.surfaced() + self._lines.partings()
+        self._warn(told)
 
     def update(self):
         """Set the outputs for the present inputs."""
@@ -134,23 +142,40 @@ class MooringSlave(M4eSlave):
         values, tensions = self.values, self._lines.tensions()
         for place, found in zip(self._outputs, chain(*self._lines.force, *tensions), strict=True):
             values[place] = found
-        self._nodes_known = False
+        self._slow_known = False
 
     def get_real(self, vrs):
-        """Values of real variables; places of nodes are looked up only if they are read."""
-        if not self._of_nodes.isdisjoint(vrs):
+        """Values of real variables; what takes time is looked up only if it is read."""
+        if not self._slow.isdisjoint(vrs):
             super().get_real([])
-            self._guard(self._place_nodes)
+            self._guard(self._look_up)
         return super().get_real(vrs)
 
-    def _place_nodes(self):
-        """Bring the places of the nodes up to date."""
-        if self._nodes_known or not self._lines.running:
+    def _look_up(self):
+        """Bring what is looked up up to date: nodes, points, anchors, touchdown, safety."""
+        if self._slow_known or not self._lines.running:
             return
-        for (line, node), places in self._nodes.items():
-            for place, part in zip(places, self._lines.node_position(line, node), strict=True):
-                self.values[place] = part
-        self._nodes_known = True
+        found, values = {}, self.values
+        tensions = zip(*self._lines.tensions(), strict=True)
+        for line, (name, both) in enumerate(zip(self._line_names, tensions, strict=True)):
+            along = self._lines.along(line)
+            for k, place in self._nodes[line]:
+                values[place] = along[k]
+            if self._flat:
+                found[f"{name}.touchdown"] = self._lines.touchdown(line, along[2::4])
+            if name in self._strengths:
+                share = max(1 / SAFEST, max(both) / self._strengths[name])
+                found[f"{name}.safety_factor"] = 1 / share
+        for name, ends in self._points.items():
+            found.update(zip(_along(name), self._lines.point_position(ends), strict=True))
+        for name, ends in self._anchors.items():
+            pulls = [self._lines.end_force(*end) for end in ends]
+            force = [sum(parts) for parts in zip(*pulls, strict=True)]
+            found.update(zip(_along(f"{name}.force", "_"), force, strict=True))
+            found[f"{name}.uplift_angle"] = max(0.0, atan2(force[2], hypot(*force[:2])))
+        for name, value in found.items():
+            values[self.index[name]] = value
+        self._slow_known = True
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
@@ -159,12 +184,16 @@ class MooringSlave(M4eSlave):
     def restore(self, saved):
         """Go back to what `save` returned."""
         self._started_with = None
-        self._nodes_known = False
+        self._slow_known = False
         self._set_water()
         if saved:
             self._lines.restore(saved)
 
     def finish(self):
         """Free the lines, whose last places can still be read."""
-        self._place_nodes()
+        self._look_up()
         self._lines.close()
+
+
+def _along(name, mark="."):
+    return [f"{name}{mark}{axis}" for axis in "xyz"]

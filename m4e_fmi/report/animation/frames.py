@@ -39,23 +39,20 @@ class Poses:
 class Frames:
     """`times` (T,) [s] and, of each frame, the poses of the bodies and the places of the cables.
 
-    `cables` are (T, n, 3) [m] each; `whole` (T,) [1] is 1 until the cable parts, None if it cannot.
-    `exact` is False for those of which ends only are known.
+    `cables` are (T, n, 3) [m] each; `exact` is False for those of which ends only are known.
     """
 
     times: Floats
     poses: Poses
     cables: tuple[Floats, ...] = ()
-    whole: tuple[Floats | None, ...] = ()
     exact: tuple[bool, ...] = field(default=())
 
     def columns(self) -> Floats:
-        """All numbers of each frame (T, N) [m, 1]: of bodies, cables, and if these are whole."""
+        """All numbers of each frame (T, N) [m, 1]: of bodies and cables."""
         count = len(self.times)
         turns = quaternions(self.poses.attitudes)
         parts = [np.concatenate([self.poses.places, turns], axis=2).reshape(count, -1)]
         parts += [nodes.reshape(count, -1) for nodes in self.cables]
-        parts += [one[:, None] for one in self.whole if one is not None]
         return np.concatenate(parts, axis=1)
 
 
@@ -83,17 +80,15 @@ def frames_of(scene: Scene, time: Floats, series: Mapping[str, Floats], *, most:
 
     moving = poses_of(scene, series, rows)
     turns = quaternions(moving.attitudes)
-    cables, whole, exact = [], [], []
+    cables, exact = [], []
     for cable in scene.cables:
         nodes = _nodes(cable, series)
         cables.append(at(np.stack([places(node) for node in nodes], axis=1)))
-        held = _whole(cable, series, rows)
-        whole.append(None if held is None else np.rint(at(held)))
         exact.append(nodes is cable.nodes)
     flat = at(turns).reshape(-1, 4)[:, [1, 2, 3, 0]]  # of any length, scalar first
     attitudes = Rotation.from_quat(flat).as_matrix().reshape(count, -1, 3, 3)
     poses = Poses(at(moving.places), attitudes)
-    return Frames(times, poses, tuple(cables), tuple(whole), tuple(exact))
+    return Frames(times, poses, tuple(cables), tuple(exact))
 
 
 def poses_of(scene: Scene, series: Mapping[str, Floats], rows: int = 1) -> Poses:
@@ -114,13 +109,6 @@ def _nodes(cable: Cable, series: Mapping[str, Floats]) -> tuple[Place, ...]:
     followed = (value for node in cable.nodes for value in node if isinstance(value, Followed))
     known = cable.nodes and all(value.variable in series for value in followed)
     return cable.nodes if known else cable.ends
-
-
-def _whole(cable: Cable, series: Mapping[str, Floats], rows: int) -> Floats | None:
-    """1 while one of the tensions is not 0 (rows,) [1]; None of a cable that never parts."""
-    known = [np.asarray(series[name][:rows]) for name in cable.tensions if name in series]
-    held = np.any(np.array(known) != 0.0, axis=0) if known else np.ones(rows, bool)
-    return None if held.all() else held.astype(float)
 
 
 def rotations(angles: Floats) -> Floats:

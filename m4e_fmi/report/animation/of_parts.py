@@ -138,7 +138,6 @@ class PartScenes:
             f"{component}.{cable.name}",
             ends,
             tuple(node(k) for k in range(1, cable.count + 1)),
-            tuple(f"{component}.{name}" for name in cable.tensions),
         )
 
     def _water(self) -> Water | None:

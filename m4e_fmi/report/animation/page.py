@@ -118,15 +118,12 @@ def _bodies(scene: Scene) -> list[dict[str, object]]:
 
 
 def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:
-    """Each cable with the columns of its places, and of whether it is whole (−1: always)."""
+    """Each cable with the columns of its places."""
     first = PER_BODY * len(scene.bodies)
-    flag = first + sum(3 * nodes.shape[1] for nodes in shown.cables)
     found = list[dict[str, object]]()
-    for nodes, whole, exact in zip(shown.cables, shown.whole, shown.exact, strict=True):
-        place = -1 if whole is None else flag
-        found.append({"first": first, "count": nodes.shape[1], "whole": place, "exact": exact})
+    for nodes, exact in zip(shown.cables, shown.exact, strict=True):
+        found.append({"first": first, "count": nodes.shape[1], "exact": exact})
         first += 3 * nodes.shape[1]
-        flag += whole is not None
     return found
 
 

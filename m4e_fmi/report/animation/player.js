@@ -291,12 +291,12 @@ function around(centre, spring, place, colour) {
   lines(points, colour, 1.4);
 }
 
-// each cable as places from end to end; none once it has parted
+// each cable as places from end to end
 function cables(row) {
   return data.cables.map(cable => {
     const points = [];
     for (let n = 0; n < cable.count; n++) points.push(Array.from(row.subarray(cable.first + 3 * n, cable.first + 3 * n + 3)));
-    return { points, whole: cable.whole < 0 || row[cable.whole] > 0.5, exact: cable.exact };
+    return { points, exact: cable.exact };
   });
 }
 
@@ -320,8 +320,8 @@ function paint(at) {
     const points = rope.ends.map(end => place(end, at)), deep = data.water && points.some(point => above(point) < 0);
     parts.push({ points: points.map(point => flat(point)), rope, level: deep ? BELOW : ABOVE });
   }
-  for (const { points, whole, exact } of cables(row)) {
-    for (let n = 1; whole && n < points.length; n++) parts.push(...cut([points[n - 1], points[n]], { cable: true, exact }));
+  for (const { points, exact } of cables(row)) {
+    for (let n = 1; n < points.length; n++) parts.push(...cut([points[n - 1], points[n]], { cable: true, exact }));
   }
   for (const part of parts) {
     part.depth = 0;

@@ -67,15 +67,11 @@ class Rope:
 
 @dataclass(frozen=True)
 class Cable:
-    """A line through `nodes`, from end to end; through its `ends` if these were not recorded.
-
-    `tensions` are variables that are all 0 once it has parted, if it can.
-    """
+    """A line through `nodes`, from end to end; through its `ends` if these were not recorded."""
 
     name: str
     ends: tuple[Place, Place]
     nodes: tuple[Place, ...] = ()
-    tensions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -177,5 +173,4 @@ class Scene:
             *(place for cable in self.cables for place in (*cable.ends, *cable.nodes)),
         )
         names = [value.variable for value in values if isinstance(value, Followed)]
-        names += [name for cable in self.cables for name in cable.tensions]
         return tuple(dict.fromkeys(names))

@@ -74,7 +74,6 @@ def carried(scene: Scene | None) -> dict[str, str]:
                 "name": cable.name,
                 "ends": [_plain(end) for end in cable.ends],
                 "nodes": [_plain(node) for node in cable.nodes],
-                "tensions": list(cable.tensions),
             }
             for cable in scene.cables
         ],
@@ -188,7 +187,7 @@ def _body(data: Plain) -> Body:
 def _cable(data: Plain) -> Cable:
     start, end = map(_place, data["ends"])
     nodes = tuple(map(_place, data["nodes"]))
-    return Cable(data["name"], (start, end), nodes, tuple(data["tensions"]))
+    return Cable(data["name"], (start, end), nodes)
 
 
 def _water(data: Plain) -> Water:

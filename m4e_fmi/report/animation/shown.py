@@ -34,7 +34,6 @@ class ShownCable:
     name: str
     ends: tuple[End, End]
     count: int = 0
-    tensions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -236,6 +236,14 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
 
 /* MoorDyn turns numbers below 2e-308 into numbers of 1e300: an exponent below -1022 that became
    negative has the bits of a large one. They are 0. */
+void m4e_lines_nodes(const m4e_lines *l, uint32_t line, double *rows) {
+    for (uint32_t n = 0; n <= l->segments[line]; n++, rows += 4) {
+        double tension[3];
+        if (l->node_position(l->line[line], n, rows)) rows[0] = rows[1] = rows[2] = NAN;
+        rows[3] = l->node_tension(l->line[line], n, tension) ? NAN : sqrt(dot(tension, tension));
+    }
+}
+
 void m4e_lines_clean(uint64_t *words, size_t count) {
     for (size_t i = 0; i < count; i++)
         if (words[i] >= DENORMAL && words[i] < SMALL_NEGATIVE) words[i] = 0;

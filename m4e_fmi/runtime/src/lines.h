@@ -20,6 +20,7 @@ typedef struct {
     int (*set_water)(void *system, const double *velocity, const double *acceleration, double t);
     int (*node_position)(void *line, unsigned node, double *r);
     int (*node_force)(void *line, unsigned node, double *f);
+    int (*node_tension)(void *line, unsigned node, double *t);
     int (*set_length)(void *line, double length);
     int (*set_rate)(void *line, double rate);
     int (*sample)(double t, double end); /* fills `water` from t to end; 0: it could */
@@ -49,6 +50,8 @@ M4E_API int m4e_lines_settle(m4e_lines *lines, const double *velocity);
    winch a length at t and a rate. */
 M4E_API int m4e_lines_advance(m4e_lines *lines, double t, double h, const double *position,
                               const double *velocity, const double *winch);
+/* x, y, z and tension at each node of a line, counted from 0; nan where MoorDyn has no number. */
+M4E_API void m4e_lines_nodes(const m4e_lines *lines, uint32_t line, double *rows);
 /* Words of a state of MoorDyn without what it makes of denormal numbers. */
 M4E_API void m4e_lines_clean(uint64_t *words, size_t count);
 

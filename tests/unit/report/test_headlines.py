@@ -16,7 +16,7 @@ TIME = np.linspace(0.0, 100.0, 2001)
 UNITS = {
     "pto.power": "W", "pto.extension": "m", "hydro.hull.surge": "m", "hydro.hull.sway": "m",
     "moor.line_1.fairlead_tension": "N", "moor.line_2.fairlead_tension": "N",
-    "hydro.hull.pitch": "rad",
+    "hydro.hull.pitch": "rad", "moor.line_1.safety_factor": "1", "moor.line_2.safety_factor": "1",
 }  # fmt: skip
 
 
@@ -51,7 +51,10 @@ def test_a_ramp_counts_in_the_energy_flux() -> None:
 
 
 def test_a_moored_absorber() -> None:
-    """Of two lines that with the larger tension; the offset is that of surge and sway together."""
+    """Of two lines that with the larger tension, and the one that is nearer to its strength.
+
+    The offset is that of surge and sway together.
+    """
     omega = 2.0 * np.pi / 10.0
     values = {
         "pto.power": 2e3 * np.sin(omega * TIME) ** 2,
@@ -61,6 +64,8 @@ def test_a_moored_absorber() -> None:
         "hydro.hull.pitch": np.radians(6.0) * np.sin(omega * TIME),
         "moor.line_1.fairlead_tension": 5e4 + 1e4 * np.cos(omega * TIME),
         "moor.line_2.fairlead_tension": 5e4 - 2e4 * np.sin(omega * TIME),
+        "moor.line_1.safety_factor": 3.0 - 1.5 * np.cos(omega * TIME),
+        "moor.line_2.safety_factor": 3.0 + 0.5 * np.sin(omega * TIME),
     }
     water = Water(np.inf, (train(2.0, 10.0, np.inf),), density=1025.0)
     scene = Scene("s", "", planar=True, bodies=(), water=water)
@@ -70,6 +75,7 @@ def test_a_moored_absorber() -> None:
         f"capture width {1e3 / (1025.0 * 9.81**2 * 2.0**2 * 10.0 / (32.0 * np.pi)):.3g} m "
         "(of 39.25 kW/m)",
         "largest line tension 70.00 kN (moor.line_2, at 7.5 s)",
+        "smallest safety factor 1.5 (moor.line_1, at 0 s)",
         "largest offset 5.000 m (hydro.hull)",
         "largest tilt 6.000 deg (hydro.hull)",
         "stroke 1.000 m (pto)",
