@@ -101,6 +101,14 @@ class LinesAtRest:
         )
 
 
+def tensions(line: dict[str, Any], nodes: np.ndarray) -> np.ndarray:
+    """Tension (x, y, z) [N] of each segment of a line with `nodes` (n, 3) [m]: (n - 1, 3)."""
+    parts = np.diff(nodes, axis=0)
+    lengths = np.linalg.norm(parts, axis=1, keepdims=True)
+    stretch = np.maximum(lengths * line["segments"] / line["length"] - 1.0, 0.0)
+    return line["stiffness"] * stretch * parts / np.maximum(lengths, 1e-9)
+
+
 def _rows(nodes: Sequence[int]) -> list[int]:
     """The coordinates of these nodes among those of all."""
     return [3 * node + axis for node in nodes for axis in range(3)]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
 
 from m4e_adapters.moordyn.mooring import Mooring, NetData
-from m4e_adapters.moordyn.resting import LinesAtRest, Resting
+from m4e_adapters.moordyn.rest import lying
+from m4e_adapters.moordyn.resting import LinesAtRest, Resting, tensions
 from m4e_fmi.analysis.mooring_data import BrokenLine, LineData, MooringData, OffsetCurve
 from m4e_fmi.errors import RunError
 
@@ -27,13 +28,12 @@ def survey(
     places: np.ndarray,
     *,
     title: str,
-    strengths: Mapping[str, float],
     about: Sequence[float] | None = None,
     directions: Sequence[float] = (0.0, np.pi),
 ) -> MooringData:
     """The mooring with its fairleads at `places` (f, 3) [m].
 
-    `strengths` [N] of lines by name; `about` [m] is the mean of the fairleads if it is not given;
+    `about` [m] is the mean of the fairleads if it is not given;
     `directions` [rad] of offsets, from X to Y. RunError if no equilibrium is found.
     """
     net = mooring.net
@@ -44,18 +44,18 @@ def survey(
         raise RunError(message, remedy)
     point = places.mean(axis=0) if about is None else np.array(about, dtype=float)
     force, stiffness = _about(found, places - point)
-    strength = np.array([strengths.get(name, np.nan) for name in mooring.lines])
+    strength = np.array([mooring.strengths.get(name, np.nan) for name in mooring.lines])
     rows = zip(mooring.lines, found.net.lines, found.nodes, found.ends, strict=True)
-    tensions = _largest(found)
+    largest = _largest(found)
     lines = tuple(
         LineData(
             name,
             line["length"],
-            float((nodes[:, 2] < net["bed"]).sum()) * line["length"] / line["segments"],
+            lying((nodes[:, 2] - net["bed"]).tolist(), line["length"]),
             nodes,
             np.linalg.norm(ends, axis=1),
             _angles(nodes, ends, net["bed"]),
-            float(tensions[k]),
+            float(largest[k]),
             float(strength[k]),
         )
         for k, (name, line, nodes, ends) in enumerate(rows)
@@ -87,12 +87,9 @@ def _angles(nodes: np.ndarray, ends: np.ndarray, bed: float) -> np.ndarray:
 
 def _largest(found: Resting) -> np.ndarray:
     """The largest tension (lines,) [N] along each line."""
-    most = []
-    for line, nodes, ends in zip(found.net.lines, found.nodes, found.ends, strict=True):
-        part = line["length"] / line["segments"]
-        stretch = np.linalg.norm(np.diff(nodes, axis=0), axis=1).max() / part - 1.0
-        most.append(max(line["stiffness"] * stretch, np.linalg.norm(ends, axis=1).max()))
-    return np.array(most)
+    rows = zip(found.net.lines, found.nodes, found.ends, strict=True)
+    forces = (np.vstack([tensions(line, nodes), ends]) for line, nodes, ends in rows)
+    return np.array([np.linalg.norm(force, axis=1).max() for force in forces])
 
 
 def _about(found: Resting, arms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -151,8 +148,7 @@ def _without(
             return None
         force = held.force.sum(axis=0)[:2] - wanted
         if np.linalg.norm(force) <= share:
-            tensions = np.insert(_largest(held), broken, 0.0)
-            return BrokenLine(name, drift, tensions)
+            return BrokenLine(name, drift, np.insert(_largest(held), broken, 0.0))
         slopes = held.force_slopes.reshape(*held.force.shape, -1, 3).sum(axis=(0, 2))[:2, :2]
         damping = max(damping, 1e-6 * abs(np.trace(slopes)))
         step = np.linalg.solve(damping * np.eye(2) - slopes, force)

@@ -11,16 +11,21 @@ import numpy as np
 from m4e_adapters import moordyn
 from m4e_adapters.moordyn import Mooring, MooringConfig
 from m4e_adapters.moordyn.plausibility import below_seabed, misplaced, unplaced
-from m4e_adapters.moordyn.rest import too_long
-from m4e_adapters.moordyn.resting import LinesAtRest, Resting
+from m4e_adapters.moordyn.rest import lying, too_long
+from m4e_adapters.moordyn.resting import LinesAtRest, Resting, tensions
+from m4e_adapters.moordyn.statics import Net
 from m4e_adapters.moordyn.survey import survey
 from m4e_fmi.analysis.mooring_data import MooringData
 from m4e_fmi.fmu import OutputsAtRest
 
-Found = Iterator[tuple[str, float, np.ndarray]]
-"""Names of outputs, their values, and their derivatives (3 f,)."""
+State = tuple[np.ndarray, np.ndarray, list[np.ndarray]]
+"""Forces on fairleads (f, 3) [N], at ends (lines, 2, 3) [N], and nodes (n, 3) [m] of each line."""
 Shown = Callable[[Mooring, str], Iterable[int]]
-"""Numbers of the nodes of a line whose places are outputs."""
+"""Numbers of the nodes of a line that are outputs."""
+SAFEST = 1e3
+"""The largest safety factor, as of the FMU."""
+STEP = 1e-3
+"""[m] Along the derivatives of a state, for those of what is computed from it."""
 
 
 def statics(
@@ -49,10 +54,20 @@ def statics(
         places = np.array(whole, dtype=float).reshape(-1, 3)
         if (found := lines.at(places)) is None:
             return None
-        outputs = list(_outputs(mooring, found, shown))
+
+        def outputs(part: float, k: int) -> dict[str, float]:
+            slopes = (found.force_slopes, found.end_slopes, *found.node_slopes)
+            force, ends, *nodes = (
+                now + part * slope[..., k]
+                for now, slope in zip((found.force, found.ends, *found.nodes), slopes, strict=True)
+            )
+            state = (force, ends, nodes)
+            return {name: float(x) for name, x in _outputs(mooring, found.net, state, shown)}
+
+        pairs = {name: (outputs(STEP, k), outputs(-STEP, k)) for name, k in inputs.items()}
         return OutputsAtRest(
-            {name: value for name, value, _ in outputs},
-            {name: {output: float(s[k]) for output, _, s in outputs} for name, k in inputs.items()},
+            outputs(0.0, 0),
+            {n: {y: (a[y] - b[y]) / (2.0 * STEP) for y in a} for n, (a, b) in pairs.items()},
             _warnings(mooring, found, places),
         )
 
@@ -72,15 +87,10 @@ def mooring_data(
     mooring = moordyn.mooring(config, folder=folder)
     names = [(f, axis) for f in mooring.fairleads for axis in "xyz"]
     places = [given.get(f"{f.name}.{axis}", getattr(f, axis)) for f, axis in names]
-    strengths = {
-        name: getattr(config.line_types[line.type], "breaking_strength", None) or np.nan
-        for name, line in config.lines.items()
-    }
     data = survey(
         mooring,
         np.array(places, dtype=float).reshape(-1, 3),
         title=title,
-        strengths=strengths,
         about=about,
         directions=directions,
     )
@@ -88,21 +98,35 @@ def mooring_data(
     return replace(data, notes=(*data.notes, *note))
 
 
-def _outputs(mooring: Mooring, found: Resting, shown: Shown) -> Found:
-    """The forces on fairleads, tensions at ends, and places of nodes."""
-    for k, fairlead in enumerate(mooring.fairleads):
-        for i, axis in enumerate("xyz"):
-            yield f"{fairlead.name}.force_{axis}", found.force[k, i], found.force_slopes[k, i]
-    for k, line in enumerate(mooring.lines):
-        for n, end in enumerate(("anchor", "fairlead")):
-            force = found.ends[k, n]
-            tension = float(np.linalg.norm(force))
-            slopes = force @ found.end_slopes[k, n] / (tension or 1.0)
-            yield f"{line}.{end}_tension", tension, slopes
-        for number, node in enumerate(shown(mooring, line), start=1):
-            for i, axis in enumerate("xyz"):
-                place, slopes = found.nodes[k][node, i], found.node_slopes[k][node, i]
-                yield f"{line}.node_{axis}[{number}]", place, slopes
+def _outputs(mooring: Mooring, net: Net, state: State, shown: Shown) -> Iterator[tuple[str, float]]:
+    """All outputs with their values, and some that the FMU may not have."""
+    forces, ends, nodes = state
+    for fairlead, force in zip(mooring.fairleads, forces, strict=True):
+        yield from _vector(f"{fairlead.name}.force_", force)
+    for k, name in enumerate(mooring.lines):
+        line, at = net.lines[k], nodes[k]
+        low, high = np.linalg.norm(ends[k], axis=1)
+        yield from ((f"{name}.anchor_tension", low), (f"{name}.fairlead_tension", high))
+        pull = tensions(line, at)
+        pull = np.vstack([pull[:1], (pull[1:] + pull[:-1]) / 2.0, pull[-1:]])
+        for number, node in enumerate(shown(mooring, name), start=1):
+            for axis, x in zip("xyz", at[node], strict=True):
+                yield f"{name}.node_{axis}[{number}]", x
+            yield f"{name}.tension[{number}]", np.linalg.norm(pull[node])
+        yield f"{name}.touchdown", lying((at[:, 2] - net.bed).tolist(), line["length"])
+        share = max(low, high) / mooring.strengths.get(name, np.inf)
+        yield f"{name}.safety_factor", 1.0 / max(share, 1.0 / SAFEST)
+    for name, number in mooring.points.items():
+        line, end = mooring.ends_at(number)[0]
+        yield from _vector(f"{name}.", nodes[line][-end])
+    for name, number in mooring.anchors.items():
+        force = sum((ends[at] for at in mooring.ends_at(number)), np.zeros(3))
+        yield from _vector(f"{name}.force_", force)
+        yield f"{name}.uplift_angle", max(0.0, np.arctan2(force[2], np.hypot(*force[:2])))
+
+
+def _vector(name: str, vector: np.ndarray) -> Iterator[tuple[str, float]]:
+    return ((name + axis, x) for axis, x in zip("xyz", vector, strict=True))
 
 
 def _warnings(mooring: Mooring, found: Resting, places: np.ndarray) -> Iterator[str]:

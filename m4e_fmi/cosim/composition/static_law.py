@@ -217,7 +217,10 @@ class StaticLaw:
     def _exact(self, u: Mapping[str, float]) -> dict[str, float] | None:
         """The parameters as the component's kind knows them; None if it does not."""
         found, moving = self._statics({**self._inputs.rates, **u}), self._inputs.moving
-        if found is None or not found.slopes.keys() >= {v.name for v in moving}:
+        if found is None or not (
+            found.slopes.keys() >= {v.name for v in moving}
+            and found.values.keys() >= {v.name for v in self._outputs}
+        ):
             return None
         if not self._known:
             for line in found.warnings:
