@@ -66,7 +66,7 @@ class BrokenLine:
 
 @dataclass(frozen=True)
 class MooringData:
-    """A mooring whose fairleads move as one rigid body.
+    """A mooring whose fairleads, or some of them, move as one rigid body.
 
     `about` (3,) [m] is the point for `force` (6,) [N, N.m] on the body and `stiffness` (6, 6)
     [N/m, N, N.m] by displacements [m] and turns [rad] about X, Y, Z; moments are about the moved
@@ -185,6 +185,9 @@ class MooringData:
                 values = (*one.drift, one.tensions.max() / 1e3, factor)
                 left.append((one.name, *map(_short, values), name))
             yield from ("", *columns("<>>>><", *left))
+        held = {one.name for one in self.broken}
+        if lost := [line.name for line in self.lines if line.name not in held]:
+            yield f"nothing holds the fairleads sideways without {' or '.join(lost)}"
 
 
 def _known(value: float) -> float | None:
@@ -192,4 +195,4 @@ def _known(value: float) -> float | None:
 
 
 def _short(value: float) -> str:
-    return "-" if np.isnan(value) else f"{value:.4g}"
+    return "-" if np.isnan(value) else f"{round(value, 9) + 0.0:.4g}"

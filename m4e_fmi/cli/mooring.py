@@ -34,6 +34,13 @@ def add(command: argparse.ArgumentParser) -> None:
         help="in which fairleads are moved, from X to Y; default 0 180",
     )
     command.add_argument(
+        "--fairleads",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="those that move, as of one of several bodies; default: all",
+    )
+    command.add_argument(
         "--start",
         choices=("values", "equilibrium"),
         default="values",
@@ -60,6 +67,7 @@ def _run(options: argparse.Namespace) -> None:
         component=options.component,
         about=options.about,
         directions=[math.radians(angle) for angle in options.directions],
+        fairleads=options.fairleads,
         start=options.start,
         build_directory=options.build_folder,
         tell=say,

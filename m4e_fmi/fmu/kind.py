@@ -66,9 +66,10 @@ class FmuKind:
     The rest is for kinds in water: ``coefficients(config, *, name, folder, progress)`` are their
     hydrodynamic data, ``config_of_file(path, *, progress, depth)`` the configuration for a file of
     these, and ``refinement(config, *, folder, progress)`` a convergence study as text and JSON.
-    ``mooring(config, *, title, folder, given, about, directions)`` are mooring lines at rest
+    ``mooring(config, *, title, folder, given, about, directions, moved)`` are mooring lines at rest
     (`analysis.mooring_data.MooringData`) with the inputs `given`; `about` [m] is the point of their
-    stiffness, None a default, `directions` [rad] are those of offsets.
+    stiffness, None a default, `directions` [rad] are those of offsets, `moved` names the fairleads
+    that move, none: all.
     """
 
     config: type

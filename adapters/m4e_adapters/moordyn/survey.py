@@ -11,7 +11,7 @@ from m4e_adapters.moordyn.mooring import Mooring, NetData
 from m4e_adapters.moordyn.rest import lying
 from m4e_adapters.moordyn.resting import LinesAtRest, Resting, tensions
 from m4e_fmi.analysis.mooring_data import BrokenLine, LineData, MooringData, OffsetCurve
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import RunError, UnknownNameError
 
 POINTS = 25
 """Of a curve of offsets."""
@@ -28,16 +28,22 @@ def survey(
     places: np.ndarray,
     *,
     title: str,
-    about: Sequence[float] | None = None,
-    directions: Sequence[float] = (0.0, np.pi),
+    about: Sequence[float] | None,
+    directions: Sequence[float],
+    moved: Sequence[str],
 ) -> MooringData:
-    """The mooring with its fairleads at `places` (f, 3) [m].
+    """The mooring with its fairleads at `places` (f, 3) [m], of which those named in `moved` move.
 
-    `about` [m] is the mean of the fairleads if it is not given;
-    `directions` [rad] of offsets, from X to Y. RunError if no equilibrium is found.
+    `about` [m] is the mean of these if it is None; `directions` [rad] of offsets, from X to Y.
+    InputError for names of no fairleads, RunError if no equilibrium is found.
     """
-    net = mooring.net
-    found = LinesAtRest(net).at(places) if net and mooring.fairleads else None
+    names = [fairlead.name for fairlead in mooring.fairleads]
+    if unknown := [name for name in moved if name not in names]:
+        raise UnknownNameError.of(f"{title} has no fairlead", unknown, names)
+    which = [k for k, name in enumerate(names) if not moved or name in moved]
+    net = mooring.net and _holding(mooring.net, places, which)
+    places = places[which]
+    found = LinesAtRest(net).at(places) if net and names else None
     if net is None or found is None:
         message = f"{title}: no static equilibrium of its lines is found by itself"
         remedy = "rods, bodies and lines on the surface: run it, MoorDyn looks for it at the start"
@@ -75,6 +81,14 @@ def survey(
     )
 
 
+def _holding(net: NetData, places: np.ndarray, moved: Sequence[int]) -> NetData:
+    """The net with its fairleads at `places` (f, 3) [m], but for those `moved` held there."""
+    points = [dict(point) for point in net["points"]]
+    for k, place in zip(net["fairleads"], places.tolist(), strict=True):
+        points[k]["position"] = place
+    return {**net, "points": points, "fairleads": [net["fairleads"][k] for k in moved]}
+
+
 def _angles(nodes: np.ndarray, ends: np.ndarray, bed: float) -> np.ndarray:
     """Angles (2,) [rad] of a line to the horizontal, positive where B is higher; on the bed 0.
 
@@ -103,7 +117,7 @@ def _about(found: Resting, arms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _curve(net: NetData, places: np.ndarray, angle: float, strength: np.ndarray) -> OffsetCurve:
-    """Offsets of all fairleads until a line is as strong as it is, or taut."""
+    """Offsets of fairleads until a line is as strong as it is, or taut."""
     way, lines = np.array([np.cos(angle), np.sin(angle), 0.0]), LinesAtRest(net)
     rows: list[tuple[float, float, np.ndarray]] = []
     limit = "taut"
@@ -150,6 +164,8 @@ def _without(
         if np.linalg.norm(force) <= share:
             return BrokenLine(name, drift, np.insert(_largest(held), broken, 0.0))
         slopes = held.force_slopes.reshape(*held.force.shape, -1, 3).sum(axis=(0, 2))[:2, :2]
+        if not slopes.any():
+            return None
         damping = max(damping, 1e-6 * abs(np.trace(slopes)))
         step = np.linalg.solve(damping * np.eye(2) - slopes, force)
         step *= min(1.0, longest / np.linalg.norm(step))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -80,20 +81,13 @@ def mooring_data(
     title: str,
     folder: Path,
     given: Mapping[str, float],
-    about: Sequence[float] | None,
-    directions: Sequence[float],
+    **asked: Any,
 ) -> MooringData:
     """The mooring in static equilibrium in still water, with the inputs that are `given`."""
     mooring = moordyn.mooring(config, folder=folder)
     names = [(f, axis) for f in mooring.fairleads for axis in "xyz"]
     places = [given.get(f"{f.name}.{axis}", getattr(f, axis)) for f, axis in names]
-    data = survey(
-        mooring,
-        np.array(places, dtype=float).reshape(-1, 3),
-        title=title,
-        about=about,
-        directions=directions,
-    )
+    data = survey(mooring, np.array(places, dtype=float).reshape(-1, 3), title=title, **asked)
     note = ("in still water: its waves and current are left out",) if config.moves_water else ()
     return replace(data, notes=(*data.notes, *note))
 

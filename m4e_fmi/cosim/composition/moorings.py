@@ -28,6 +28,7 @@ def mooring(
     component: str = "",
     about: Sequence[float] | None = None,
     directions: Sequence[float] = (0.0, math.pi),
+    fairleads: Sequence[str] = (),
     start: str = "values",
     build_directory: str | Path = "build",
     tell: Tell | None = None,
@@ -36,11 +37,11 @@ def mooring(
 
     `component` is that of several moorings of a system; `about` (x, y, z) [m] the point of their
     force and stiffness, by default the mean of the fairleads; `directions` [rad], from X to Y, are
-    those in which the fairleads are moved. `start` is "values" for fairleads where the system
-    starts, "equilibrium" where it is at rest. InputError if there are no lines, or not one mooring
-    to choose; RunError if they have no equilibrium.
+    those in which the fairleads are moved, or only those named in `fairleads`. `start` is "values"
+    for fairleads where the system starts, "equilibrium" where it is at rest. InputError if there
+    are no lines, or not one mooring to choose; RunError if they have no equilibrium.
     """
-    asked: dict[str, Any] = {"about": about, "directions": directions}
+    asked: dict[str, Any] = {"about": about, "directions": directions, "moved": fairleads}
     if not isinstance(source, System):
         path = Path(source)
         if path.suffix.lower() not in SYSTEMS:

@@ -88,6 +88,30 @@ def test_a_moordyn_file(tmp_path: Path, said: Said, monkeypatch: pytest.MonkeyPa
     assert "lines: 2 lines in static equilibrium" in said("mooring", "lines.txt", "--no-plot")
 
 
+def test_strengths(system: Path, said: Said) -> None:
+    """Offsets end where the first line is at its strength; one breaks, and the other is slack."""
+    strong = "added_mass_coefficient: 1, breaking_strength: 5.0e+5}"
+    system.write_text(SYSTEM.replace("added_mass_coefficient: 1}", strong), encoding="utf-8")
+    found = json.loads(said("mooring", system, "--json", "--no-plot"))
+    line, (curve, _) = found["lines"]["l"], found["offsets"]
+    assert line["safety_factor"] == pytest.approx(5e5 / line["largest_tension"], rel=1e-12)
+    assert max(curve["tensions"][-2]) < 5e5 < max(curve["tensions"][-1])
+    assert curve["limit"] == "at its strength"
+    assert found["broken"]["l"]["safety_factor"] > line["safety_factor"]
+    assert "l: at its strength" in said("mooring", system, "--no-plot")
+
+
+def test_one_of_two_bodies(system: Path, said: Said) -> None:
+    given = ["--json", "--no-plot"]
+    both = json.loads(said("mooring", system, *given))["stiffness"][0][0]
+    one = json.loads(said("mooring", system, *given, "--fairleads", "left"))
+    assert one["stiffness"][0][0] == pytest.approx(both / 2, rel=1e-6)
+    assert one["about"] == [-5.0, 0.0, -4.0]
+    told = said("mooring", system, "--fairleads", "lift", code=2)
+    assert "spread has no fairlead lift" in told
+    assert "did you mean 'left'" in told
+
+
 def test_refusals(system: Path, said: Said) -> None:
     told = said("mooring", system, "--component", "line", code=2)
     assert "no mooring 'line'" in told
