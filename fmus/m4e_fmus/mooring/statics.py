@@ -106,7 +106,7 @@ def _outputs(mooring: Mooring, net: Net, state: State, shown: Shown) -> Iterator
         for number, node in enumerate(shown(mooring, name), start=1):
             for axis, x in zip("xyz", at[node], strict=True):
                 yield f"{name}.node_{axis}[{number}]", x
-            yield f"{name}.tension[{number}]", np.linalg.norm(pull[node])
+            yield f"{name}.tension[{number}]", float(np.linalg.norm(pull[node]))
         yield f"{name}.touchdown", lying((at[:, 2] - net.bed).tolist(), line["length"])
         share = max(low, high) / mooring.strengths.get(name, np.inf)
         yield f"{name}.safety_factor", 1.0 / max(share, 1.0 / SAFEST)
