@@ -37,9 +37,10 @@ def statics(
     It gives None where no equilibrium is found, or lines have parted or are moved.
     """
     mooring = moordyn.mooring(config, folder=folder)
-    if not mooring.net or not mooring.at_rest or mooring.sea or mooring.moving or mooring.winches:
+    if not mooring.net or not mooring.at_rest or mooring.sea or mooring.moving:
         return None
-    lines = LinesAtRest(mooring.net)
+    net, winches = mooring.net, {k: mooring.lines[k] for k in mooring.winches}
+    lines = LinesAtRest(net)
     inputs = {
         f"{f.name}.{axis}": 3 * k + i
         for k, f in enumerate(mooring.fairleads)
@@ -47,10 +48,13 @@ def statics(
         if f.moves_in_space or axis != "y"
     }
     speeds = {".v".join(name.rsplit(".", 1)) for name in inputs}
+    speeds |= {f"{line}.length_rate" for line in winches.values()}
 
     def at(given: Mapping[str, float]) -> OutputsAtRest | None:
         if any(v for n, v in given.items() if n in speeds or n.endswith(".parted")):
             return None
+        for k, line in winches.items():
+            net["lines"][k]["length"] = given[f"{line}.length"]
         whole = [given.get(f"{f.name}.{a}", f.y) for f in mooring.fairleads for a in "xyz"]
         places = np.array(whole, dtype=float).reshape(-1, 3)
         if (found := lines.at(places)) is None:

@@ -230,27 +230,31 @@ BUOY = """\
     fairleads:"""
 
 
-@pytest.mark.parametrize("with_buoy", [False, True])
+@pytest.mark.parametrize("variant", ["", "a buoy", "a winch"])
 def test_statics_of_a_kind_are_those_of_its_fmu(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, with_buoy: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variant: str
 ) -> None:
     """The FMU is settled to 1e-5 of the largest force, its differences are accurate to 1e-3."""
     path, text = tmp_path / "system.yaml", MOORED
-    if with_buoy:
+    if variant == "a winch":
+        text = text.replace("segments: 12}\nconn", "segments: 12, winch: true}\nconn")
+        text = text.replace("  lines:\n    kind", "  lines:\n    start: {b.length: 309}\n    kind")
+    if variant == "a buoy":
         text = text.replace("    fairleads:", BUOY).replace("west, to: left", "west, to: buoy")
         more = "      c: {type: t, from: buoy, to: left, unstretched_length: 20, segments: 3}\n"
         text = text.replace(
             "length: 310, segments: 12}\nconn", "length: 310, segments: 12}\n" + more + "conn"
         )
     path.write_text(text, encoding="utf-8")
-    found = []
+    found, told = [], list[str]()
     for statics in (parts._statics, lambda *_: lambda _: None):
         monkeypatch.setattr(parts, "_statics", statics)
         program = system_program(
-            load_system(path), settled=["lines"], build_directory=tmp_path, tell=[].append
+            load_system(path), settled=["lines"], build_directory=tmp_path, tell=told.append
         )
         found.append({v.name: v.start for v in program.parameters})
     exact, settled = found
+    assert ["static equilibrium" in line for line in told if "note" in line] == [True, False]
     assert exact.keys() == settled.keys()
     assert abs(exact["lines.at_rest.left.force_x"]) > 5e3
     groups = {"force": 1e-5, "tension": 1e-5, "node": 1e-5, "slope": 1e-3}
