@@ -40,7 +40,7 @@ RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
 NOT_IN_FMUS = (
-    *("ensemble.c", "fmus.c", "lines.c", "loop.c"),
+    *("ensemble.c", "fmus.c", "line_steps.c", "lines.c", "loop.c"),
     *("remote.c", "remote_client.c", "remote_server.c"),
 )
 """Sources for running many models, a master, or mooring lines."""

@@ -11,8 +11,11 @@ import pytest
 from scipy.optimize import brentq
 from support.fmu_instances import Instance
 
+from m4e_fmi.cosim.results.system_scene import scene_without_build
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.files.document import Document
 from m4e_fmi.fmu import build_fmu
+from m4e_fmi.report.animation.scene import Followed
 from m4e_fmus import mooring
 
 Load = Callable[..., Instance]
@@ -142,3 +145,22 @@ def test_a_winch_hauls_its_line(start: Callable[[str], Instance]) -> None:
     short = start(SOFT.replace("unstretched_length: 207.5", "unstretched_length: 207"))
     names = ["two.fairlead_tension", "two.node_z[20]", "two.anchor_tension"]
     assert fmu.get(names) == pytest.approx(short.get(names), rel=0.01)
+
+
+def test_free_points_are_in_the_scene(tmp_path: Path) -> None:
+    """A sphere of the point's volume, and the ends of lines, follow its place."""
+    section = "".join(f"    {line}\n" for line in (CHAIN + TWO).splitlines())
+    (tmp_path / "system.yaml").write_text(
+        f"name: s\ncomponents:\n  m:\n    kind: mooring\n{section}"
+        "simulation: {stop_time: 1, step_size: 0.1}\n"
+    )
+    scene = scene_without_build(load_system(tmp_path / "system.yaml"))
+    assert scene is not None
+    (body,) = scene.bodies
+    place = tuple(Followed(f"m.clump.{axis}") for axis in "xyz")
+    assert body.motion == (*place, 0, 0, 0)
+    radii = np.linalg.norm(body.surfaces[0].vertices, axis=1)
+    assert radii == pytest.approx((0.1 * 3 / (4 * math.pi)) ** (1 / 3))
+    ends = {cable.name: cable.ends for cable in scene.cables}
+    assert ends["m.three"] == ((200, 0, -50), place)
+    assert ends["m.four"] == (place, (0, 3, 0))

@@ -67,13 +67,14 @@ def forces(h: float, *, told: bool, text: str = TEXT) -> np.ndarray:
     tolerance="3.5",
 )
 def test_forces_converge():
-    finest = forces(0.0125, told=True)
+    finest = forces(0.00625, told=True)
     errors = {
-        told: [float(np.abs(forces(h, told=told) - finest).max()) for h in (0.1, 0.05)]
+        told: [float(np.abs(forces(h, told=told) - finest).max()) for h in (0.1, 0.05, 0.025)]
         for told in (True, False)
     }
-    for coarse, fine in errors.values():
-        assert coarse / fine > 3.5  # the next term of a second-order error is a part of it
+    for coarse, middle, fine in errors.values():
+        assert coarse / middle > 3.5  # the next term of a second-order error is a part of it
+        assert middle / fine > 3.5
     # extrapolated, the velocity at the end is off by h²/3 of the jerk; told, it is exact
     assert errors[True][0] < errors[False][0] / 10
 

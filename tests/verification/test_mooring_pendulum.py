@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support.lines_in_waves import lines_of
+from support.lines_in_waves import lines_of, mooring_of, started
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_fmi.files.document import Document
@@ -139,3 +139,37 @@ def test_energy_does_not_drift():
     # Verlet's energy oscillates by (ω h)²/8 = 1.2e-5 of the rope mode's, and does not grow
     drift = np.abs(energy[times > 25].mean() - energy[times < 5].mean())
     assert drift < 1.2e-5 * exchanged
+
+
+@pytest.mark.verifies(
+    "swing of a buoy on a tether, without a fairlead",
+    independent="period of a pendulum with added mass, for small angles",
+    tolerance="1e-3, for an amplitude of 0.02 rad and a tether of 0.05 % of the buoy's mass",
+)
+def test_a_buoy_swings_on_its_tether() -> None:
+    """2π √((m + Ca ρ V) L/((ρ V − m) g)), of half a period between two turning points."""
+    length, mass, volume, added = 20.0, 400.0, 1.0, 0.5
+    lines = started(
+        mooring_of(
+            "dimensions: 3\nwater: {density: 1025, depth: 100, gravity: 9.80665}\n"
+            "line_types:\n"
+            "  rope: {diameter: 1.0e-3, mass_per_length: 0.01, axial_stiffness: 1.0e+8,\n"
+            "         axial_damping_ratio: 0.1, drag_coefficient: 0, added_mass_coefficient: 0}\n"
+            "anchors: {a: [0, 0, -60]}\n"
+            f"points: {{buoy: {{position: [0.4, 0, {-60 + length - 0.004}], mass: {mass},\n"
+            f"          volume: {volume}, added_mass_coefficient: {added}}}}}\n"
+            f"lines: {{l: {{type: rope, from: a, to: buoy, unstretched_length: {length}, "
+            "segments: 1}}\n"
+            "static_equilibrium: false\n"
+        )
+    )
+    inertia, lift = mass + added * 1025 * volume, (1025 * volume - mass) * GRAVITY
+    period = 2 * np.pi * np.sqrt(inertia * length / lift)
+    step, places = period / 400, []
+    for k in range(400):
+        lines.advance(k * step, step, [], [])
+        places.append(lines.node_position(0, 1)[0])
+    lines.close()
+    crossings = [k for k in range(399) if places[k] * places[k + 1] < 0]
+    times = [step * (k + 1 + places[k] / (places[k] - places[k + 1])) for k in crossings]
+    assert times == pytest.approx([period / 4, period * 3 / 4], rel=1e-3)

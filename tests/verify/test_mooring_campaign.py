@@ -36,17 +36,15 @@ def test_random_lines_of_many_segments_start_at_rest():
     assert not any(told for _, told in found)
 
 
-def test_random_moorings_hold_below_the_longest_step_and_fail_above():
+def test_random_moorings_hold_below_the_longest_step_and_fail_above() -> None:
     rng = np.random.default_rng(SEED)
     below, above = [], []
-    for _ in range(60):
+    for _ in range(200):
         moored = random_mooring(rng)
         short = tensions(moored, share=SHORT, duration=120.0)
         below.append(holds(moored, share=0.95, short=short))
         above.append(holds(moored, share=1.6, short=short))
-        print(f"{moored.longest:.3g} s: holds at 0.95 {below[-1]}, at 1.6 {above[-1]}", moored.line)
-    print(f"seed {SEED}: {sum(below)} of 60 hold at 0.95, {sum(above)} at 1.6")
+        print(f"{moored.made.time_step:.3g} s: {below[-1]}, at 1.6 {above[-1]}", moored.line)
+    print(f"seed {SEED}: {sum(below)} of 200 hold at 0.95, {sum(above)} at 1.6")
     assert all(below)
-    # the bound holds for lines that land steeply, go slack, and move at 5 m/s: those that do none
-    # of it in two minutes have more room
-    assert sum(above) <= 40
+    assert sum(above) <= 2 / 3 * 200

@@ -50,7 +50,6 @@ WavesOrNone = Annotated[
     Discriminator(_is_word),
 ]
 DESCRIBED = (
-    "water",
     "line_types",
     "anchors",
     "points",
@@ -166,12 +165,13 @@ class Seabed(Section):
 
 
 class Solver(Section):
-    """MoorDyn's internal integration; without `time_step` [s] a stable one is chosen.
+    """MoorDyn's internal integration: `time_step` [s] is the longest step, of `scheme`.
 
-    RK2 is the cheaper one for damped lines, RK4 for lines without axial damping.
+    Steps are shortened where a line needs it. Without `scheme` the cheaper one is taken: RK2 for
+    damped lines, RK4 for lines without axial damping.
     """
 
-    scheme: Literal["RK2", "RK4"] = "RK2"
+    scheme: Literal["RK2", "RK4"] | None = None
     time_step: Annotated[float, Field(ge=SHORTEST, allow_inf_nan=False)] | None = None
 
 
@@ -185,7 +185,8 @@ class MooringConfig(Section):
     static_equilibrium: true if lines start where they rest; else straight, or as a catenary.
     waves: those that move the water around the lines, as of hydrodynamics, continued up to the
     surface by `stretching`; default is still water. `none` says that lines stay in still water
-    where others have waves. current: a steady one, in which lines are at rest.
+    where others have waves. current: a steady one, in which lines are at rest. Beside a `file`,
+    `water` gives what the file leaves out.
     """
 
     file: str | None = None

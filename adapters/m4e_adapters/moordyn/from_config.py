@@ -16,12 +16,12 @@ from m4e_adapters.moordyn.mooring import (
     Mooring,
     NetData,
     Sea,
-    fastest_water,
     internal_step,
+    kinds_of,
     net_line,
 )
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
-from m4e_adapters.moordyn.stability import SPEED, Segment, clear_of_seabed
+from m4e_adapters.moordyn.stability import FLOW, Segment, cheapest_scheme, clear_of_seabed
 from m4e_fmi.errors import InputError, Problem
 
 ROUNDED = 1e-3
@@ -35,21 +35,28 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     """
     moved = partial(_sea, config, Path(folder))
     if config.file is not None:
-        found = ready_mooring(Path(folder) / config.file, fairleads=config.fairleads, sea=moved)
-        return found.in_space() if config.dimensions == 3 else found
+        given = config.water.model_dump(exclude_unset=True) if config.water else {}
+        found = ready_mooring(
+            Path(folder) / config.file, fairleads=config.fairleads, sea=moved, water=given
+        )
+        return (found.in_space() if config.dimensions == 3 else found).named()
     water = config.water
     assert water is not None
     bed = _bed(config, Path(folder))
     depths = (water.depth, water.depth) if bed is None else (bed.depth.min(), bed.depth.max())
     sea = moved(water.depth, water.gravity)
-    segments = _segments(
-        config, shallowest=float(depths[0]), speed=SPEED + (sea.speed if sea else 0.0)
-    )
-    moving = {name: s for name, s in segments.items() if config.lines[name].segments > 1}
-    step = internal_step(moving, scheme=config.solver.scheme, wanted=config.solver.time_step)
+    segments = _segments(config, shallowest=float(depths[0]))
+    moving = {
+        name: segment
+        for name, segment in segments.items()
+        for line in [config.lines[name]]
+        if line.segments > 1 or {line.from_, line.to} & config.points.keys()
+    }
+    scheme = config.solver.scheme or cheapest_scheme(moving.values())
+    step = internal_step(moving, scheme=scheme, wanted=config.solver.time_step)
     number = point_numbers(config)
     return Mooring(
-        text=line_file(config, time_step=step, deepest=float(depths[1])),
+        text=line_file(config, time_step=step, scheme=scheme, deepest=float(depths[1])),
         fairleads=tuple(
             Fairlead(
                 name,
@@ -64,9 +71,9 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         net=_net(config, segments) if bed is None else None,
         at_rest=config.static_equilibrium,
         bed=-float(depths[1]),
-        scheme=config.solver.scheme,
+        scheme=scheme,
         sea=sea,
-        fastest=fastest_water(moving, scheme=config.solver.scheme, step=step),
+        kinds=kinds_of(segments, moving, bed=-float(depths[0])),
         files={} if bed is None else {FILE: bed.file},
         failures=tuple(
             Failure(((k, 1),), tension=strength)
@@ -157,14 +164,15 @@ def _net(config: MooringConfig, segments: dict[str, Segment]) -> NetData:
     }
 
 
-def _segments(config: MooringConfig, *, shallowest: float, speed: float) -> dict[str, Segment]:
-    """A segment of every line, at most at `speed` [m/s], above a bed of this least depth [m]."""
+def _segments(config: MooringConfig, *, shallowest: float) -> dict[str, Segment]:
+    """A segment of every line, above a bed of this least depth [m]."""
     found = {}
     for name, line in config.lines.items():
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
         held = [config.anchors[end][-1] for end in (line.from_,) if end in config.anchors]
         bed, ends = config.seabed, (line.from_, line.to)
-        if config.water and clear_of_seabed(held, length=line.unstretched_length, depth=shallowest):
+        clear = clear_of_seabed(held, length=line.unstretched_length, depth=shallowest)
+        if clear and not line.winch:
             bed = Seabed(stiffness=0.0, damping=0.0)
         found[name] = Segment(
             length=length,
@@ -182,14 +190,13 @@ def _segments(config: MooringConfig, *, shallowest: float, speed: float) -> dict
             axial_added_mass_coefficient=kind.axial_added_mass_coefficient,
             friction=max(
                 bed.friction * bed.friction_damping,
-                *(_damping(config, end, kind.mass_per_length * length, speed) for end in ends),
+                *(_damping(config, end, kind.mass_per_length * length) for end in ends),
             ),
-            speed=speed,
         )
     return found
 
 
-def _damping(config: MooringConfig, end: str, mass: float, speed: float) -> float:
+def _damping(config: MooringConfig, end: str, mass: float) -> float:
     """Damping [N·s/m] of a node with `mass` [kg] as fast as that of a free point by its drag.
 
     0 at other ends.
@@ -199,4 +206,4 @@ def _damping(config: MooringConfig, end: str, mass: float, speed: float) -> floa
         return 0.0
     density = config.water.density
     whole = point.mass + density * point.volume * point.added_mass_coefficient + mass / 2
-    return density * point.drag_area * speed * mass / whole
+    return density * point.drag_area * FLOW * mass / whole

@@ -23,10 +23,11 @@ def point_numbers(config: MooringConfig) -> dict[str, int]:
     return {n: k for k, n in enumerate([*config.anchors, *config.fairleads, *config.points], 1)}
 
 
-def line_file(config: MooringConfig, *, time_step: float, deepest: float) -> str:
+def line_file(config: MooringConfig, *, time_step: float, scheme: str, deepest: float) -> str:
     """The input file of described lines.
 
-    `time_step` [s] is MoorDyn's internal one, `deepest` the largest depth [m] of the seabed.
+    `time_step` [s] is MoorDyn's internal one, of its `scheme`; `deepest` is the largest depth [m]
+    of the seabed.
     """
     number = point_numbers(config)
     fixed = [("Fixed", place, NOTHING) for place in config.anchors.values()]
@@ -61,7 +62,7 @@ def line_file(config: MooringConfig, *, time_step: float, deepest: float) -> str
                 ],
             ),
             header("OPTIONS"),
-            *(f"{value} {key}" for value, key in _options(config, time_step, deepest)),
+            *(f"{value} {key}" for value, key in _options(config, time_step, scheme, deepest)),
             header("OUTPUTS"),
             header("END"),
             "",
@@ -103,7 +104,9 @@ def _line_type(name: str, config: MooringConfig) -> str:
     return " ".join([name, *map(repr, values)])
 
 
-def _options(config: MooringConfig, time_step: float, deepest: float) -> Iterable[tuple[str, str]]:
+def _options(
+    config: MooringConfig, time_step: float, scheme: str, deepest: float
+) -> Iterable[tuple[str, str]]:
     water, bed = config.water, config.seabed
     assert water is not None
     yield from (*QUIET, *RELAXATION)
@@ -121,6 +124,6 @@ def _options(config: MooringConfig, time_step: float, deepest: float) -> Iterabl
         (time_step, "dtM"),
     ):
         yield repr(value), key
-    yield config.solver.scheme, "tScheme"
+    yield scheme, "tScheme"
     if bed.bathymetry is not None:
         yield FILE, "SeafloorFile"

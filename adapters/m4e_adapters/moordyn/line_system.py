@@ -16,6 +16,7 @@ MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
 - What parts a line in MoorDyn cannot be taken back: see `MoorDynSystem.part`.
 """
 
+from functools import partial
 from itertools import chain
 from math import dist, hypot, inf, isfinite
 
@@ -27,7 +28,7 @@ from .plausibility import (
     misplaced,
     unplaced,
 )
-from .rest import LATER, MORE_TIME, away_from, left_over, lying, net_at, too_long
+from .rest import LATER, MORE_TIME, away_from, left_over, lying, net_at, too_long, with_nodes
 
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
@@ -51,8 +52,8 @@ class LineSystem:
         The names of the lines, in MoorDyn's order.
     time_step
         The longest internal step [s].
-    lag
-        Internal steps from the last stage of MoorDyn's scheme to the end of a step.
+    order, share, kinds
+        As of `MoorDynSystem`.
     net
         Points and lines as `rest.net_at` takes them; None if MoorDyn alone knows their equilibrium.
     at_rest
@@ -92,7 +93,9 @@ class LineSystem:
         fairleads,
         lines,
         time_step,
-        lag,
+        share,
+        order,
+        kinds,
         net,
         at_rest,
         names,
@@ -114,7 +117,6 @@ class LineSystem:
         self._text, self._course = text, course
         ends = ends or [1] * len(self._y)
         self._moordyn = MoorDynSystem(
-            text,
             files=files or {},
             runtime=runtime,
             ends=ends,
@@ -125,7 +127,9 @@ class LineSystem:
             fixed=self._y,
             winches=winches,
             time_step=time_step,
-            lag=lag,
+            share=share,
+            order=order,
+            kinds=kinds,
             place=place,
             course=course,
         )
@@ -172,23 +176,27 @@ class LineSystem:
         return tuple(self._moordyn.end_force[at : at + 3])
 
     def tensions(self):
-        """Magnitudes [N] of the forces at ends A, and at ends B, of the lines."""
-        if self.parted:
-            ends = [[self.end_force(k, end) for k in range(len(self._names))] for end in (0, 1)]
-        else:
-            force = self._moordyn.end_force[:]
-            ends = [[force[k : k + 3] for k in range(3 * end, len(force), 6)] for end in (0, 1)]
-        return [[hypot(*force) for force in of_end] for of_end in ends]
+        """Magnitudes [N] of the forces at ends B and A of each line."""
+        force = self._moordyn.end_force[:]
+        for line, end in self._gone():
+            at = 6 * line + 3 * end
+            force[at : at + 3] = 0.0, 0.0, 0.0
+        ends = range(0, len(force), 6)
+        return [(hypot(*force[k + 3 : k + 6]), hypot(*force[k : k + 3])) for k in ends]
+
+    def outputs(self):
+        """Forces on the fairleads, along the axes on which they move, and tensions [N]: flat."""
+        return [*chain(*self.force, *self.tensions())]
 
     @property
     def anchor_tension(self):
         """Magnitude [N] of the force at end A of each line."""
-        return self.tensions()[0]
+        return [anchor for _, anchor in self.tensions()]
 
     @property
     def fairlead_tension(self):
         """Magnitude [N] of the force at end B of each line."""
-        return self.tensions()[1]
+        return [fairlead for fairlead, _ in self.tensions()]
 
     def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
@@ -204,14 +212,12 @@ class LineSystem:
             net = net_at(self._net, _points(flat), dict(zip(self._winches, winch, strict=False)))
             found = net.settle_in(self._course.current) if self._course else net.settle()
         if found and self._at_rest:
-            report = self._moordyn.create(flat, search=False, net=net)
+            change = partial(with_nodes, net=net)
+            report = self._moordyn.create(self._text, flat, change=change)
         else:
-            report = self._moordyn.create(flat, search=True)
+            report = self._moordyn.create(self._text, flat, search=True)
         self.parted = []
-        self._moordyn.set_lengths(winch)
-        if self._course:
-            self._course.be_calm(self._moordyn)
-        self._moordyn.evaluate()
+        self._moordyn.begin(flat, winch)
         self.warnings = [
             *self._notes,
             *unplaced(self._fairleads, position, self._placed),
@@ -340,7 +346,7 @@ class LineSystem:
             cause = "MoorDyn finds other forces than m4e_fmi" if self._at_rest else SWITCHED_OFF
             return away_from(net, self._names, tensions, cause)
         forces, counts = self._moordyn.inner_forces(), self._moordyn.segments
-        remedy = MORE_TIME if self._net is None else LATER
+        remedy = MORE_TIME if self._net is None and self._at_rest else LATER
         texts = left_over(self._names, forces, tensions, counts, remedy)
         if not texts and self._net is not None and self._at_rest:
             worst = max(zip(forces, self._names, strict=True))

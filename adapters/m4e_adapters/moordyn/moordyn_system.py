@@ -28,7 +28,7 @@ from itertools import chain
 from math import hypot, isfinite, nan
 from pathlib import Path
 
-from .rest import with_nodes, with_points
+from .rest import with_points
 
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
@@ -37,6 +37,7 @@ WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's rep
 SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
 START_STEP = 1e-12  # [s] length of the call that evaluates the forces at the start
 SILENT = 0xFFFF  # log level of no messages
+RELAXED = 3  # internal steps of MoorDyn's relaxation in the longest one: lines go slack, and land
 CLOCK = 3  # numbers of the state before those of fairleads
 FAILURES = {
     1: "MoorDyn reports an error",
@@ -54,13 +55,14 @@ class Lines(ctypes.Structure):
 
     _fields_ = [
         *((name, c_void_p) for name in (
-            "step", "set_dt", "set_water", "node_position", "node_force", "node_tension",
-            "set_length", "set_rate", "sample", "system", "line", "segments", "ends", "axes",
-            "fixed", "winch",
+            "step", "set_dt", "set_water", "node_position", "node_velocity", "node_force",
+            "node_tension", "set_length", "set_rate", "sample", "system", "line", "segments",
+            "ends", "axes", "fixed", "winch", "kinds", "lengths",
         )),
         *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
         *((name, c_int32) for name in ("inert", "moving")),
-        *((name, c_double) for name in ("longest", "interval", "lag")),
+        ("order", c_uint32),
+        *((name, c_double) for name in ("share", "longest", "interval", "lag")),
         *((name, c_void_p) for name in ("water", "state", "work")),
     ]  # fmt: skip
 
@@ -70,6 +72,7 @@ _CALLED = {
     "set_dt": "SetDt",
     "set_water": "ExternalWaveKinSet",
     "node_position": "GetLineNodePos",
+    "node_velocity": "GetLineNodeVel",
     "node_force": "GetLineNodeForce",
     "node_tension": "GetLineNodeTen",
     "set_length": "SetLineUnstretchedLength",
@@ -84,6 +87,7 @@ _ARGUMENTS = {
     **dict.fromkeys(("Init", "Init_NoIC"), (c_void_p, c_void_p, c_void_p)),
     **dict.fromkeys(("SaveState", "LoadState"), (c_void_p, ctypes.c_char_p)),
     "Close": (c_void_p,),
+    "SetDt": (c_void_p, c_double),
     "SetVerbosity": (c_void_p, c_int),
     "GetLine": (c_void_p, _UNSIGNED),
     "GetLineN": (c_void_p, c_void_p),
@@ -133,10 +137,8 @@ class MoorDynSystem:
 
     Parameters
     ----------
-    text
-        MoorDyn v2 input file, one row a line.
     files
-        Name and content of the files that `text` names.
+        Name and content of the files that input texts name.
     runtime
         Path of the runtime's library.
     ends
@@ -153,16 +155,18 @@ class MoorDynSystem:
         The fixed y coordinate [m] of each fairlead, None of those that move in space.
     winches
         Numbers, from 0, of the lines whose length is set.
-    time_step
-        The longest internal step [s].
-    lag
-        Internal steps from the last stage of MoorDyn's scheme to the end of a step.
+    time_step, share
+        The longest internal step [s], and the longest part of a stable one.
+    order
+        Of MoorDyn's Runge-Kutta method, 2 or 4.
+    kinds
+        Of each line the 14 numbers of `m4e_line_kind`, see `stability.kind`.
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
     course
         The motion of the water at the nodes, a `water_course.WaterCourse`; None if it stands
-        still, or moves as `text` says.
+        still, or moves as the text says.
 
     Attributes
     ----------
@@ -173,9 +177,9 @@ class MoorDynSystem:
         [m] of these ends: flat.
     """
 
-    def __init__(self, text, *, files, runtime, ends, axes, inert, moving, lines, fixed,
-                 winches, time_step, lag, place, course):  # fmt: skip
-        self._text, self._files, self._place = text, files, place
+    def __init__(self, *, files, runtime, ends, axes, inert, moving, lines, fixed,
+                 winches, time_step, share, order, kinds, place, course):  # fmt: skip
+        self._files, self._place = files, place
         self._lines_count, self._winches = lines, list(winches)
         self._fairleads, self._library = sum(ends), _runtime(runtime)
         self._system = None
@@ -204,7 +208,8 @@ class MoorDynSystem:
             "fixed": (c_double * self._fairleads)(*[nan if y is None else y for y in fixed]),
             "winch": (c_uint32 * len(self._winches))(*self._winches),
             "state": self.state,
-            "work": (c_double * (11 * count))(),
+            "kinds": (c_double * (14 * lines))(*chain.from_iterable(kinds)),
+            "lengths": (c_double * lines)(),
         }
         self._sample = _SAMPLE(self._sampled)
         self._lines = Lines(
@@ -216,7 +221,9 @@ class MoorDynSystem:
             moving=moving,
             longest=time_step,
             interval=course.longest if course else float("inf"),
-            lag=lag,
+            order=order,
+            share=share,
+            lag=0.5 if order == 2 else 0.0,
             sample=ctypes.cast(self._sample, c_void_p),
             **{name: ctypes.cast(values, c_void_p) for name, values in self._arrays.items()},
             **{
@@ -235,60 +242,63 @@ class MoorDynSystem:
         """True between `create` and `close`."""
         return self._system is not None
 
-    def create(self, position, *, search, net=None):
-        """Make the system with fairleads at these places [m], at rest; return what MoorDyn wrote.
+    def create(self, text, position, *, search=False, change=None):
+        """Make the system of `text` with fairleads at these places [m]; return what MoorDyn wrote.
 
         With `search` MoorDyn looks for the equilibrium of the lines; else they begin straight, or
-        with their nodes as in `net`. MooringError if that fails.
+        with the state file that `change` makes of that one's. MooringError if that fails.
         """
         self.close()
-        folder = self._written(self._text)
+        # a .out file appears beside the input, so every system has a folder of its own
+        self._folder = _new_folder(self._place)
+        folder = Path(self._folder.name)
+        (folder / "lines.txt").write_text(text, encoding="utf-8")
+        for name, content in self._files.items():
+            (folder / name).write_bytes(content)
         with console_kept() as console:
             failed = self._made(folder, position, search)
-            if not failed and net is not None:
-                self._transfer(folder, lambda state: with_nodes(state, net))
+            if not failed and change:
+                path = folder / "lines.state"
+                path.write_bytes(change(self._state_file(path)))
+                moordyn().MoorDyn_LoadState(self._system, str(path).encode())
         if failed:
             self.close()
             raise MooringError(_not_started(position, console.text))
-        self._ready(position)
+        self._connect()
         return console.text
+
+    def begin(self, position, lengths):
+        """Take the forces at rest, fairleads at `position` [m] and winches at `lengths` [m]."""
+        self.state[:] = [0.0] * len(self.state)
+        self.state[1] = START_STEP
+        self.position[:] = position
+        self.state[len(self.state) - len(self._winches) :] = lengths
+        if self.course:
+            self.course.be_calm(self)
+        self.evaluate()
 
     def part(self, text, points):
         """Go on as the system of `text`, which has free points more, at (position, velocity).
 
         Its other objects are where they are; `points` are flat, [m] and [m/s].
         """
-        before = self._system, self._folder
-        old = self._state_file()
-        self._system, self._folder = None, None
-        folder = self._written(text)
-        with console_kept() as console:
-            failed = self._made(folder, list(self.position), search=False)
-            if not failed:
-                extended = with_points(old, points, self._lines_count)
-                self._transfer(folder, lambda _: extended)
-        moordyn().MoorDyn_Close(before[0])
-        if before[1] is not None:
-            before[1].cleanup()
-        if failed:
-            self.close()
-            raise MooringError(f"a line cannot be parted: {console.text}")
-        self._connect()
-        velocity = self.state[CLOCK + len(self.position) : CLOCK + 2 * len(self.position)]
-        self.evaluate(velocity)
+        with tempfile.TemporaryDirectory() as folder, console_kept():
+            old = self._state_file(Path(folder) / "lines.state")
+        extended = with_points(old, points, self._lines_count)
+        self.create(text, list(self.position), change=lambda _: extended)
+        self.evaluate(self.state[CLOCK + len(self.position) : CLOCK + 2 * len(self.position)])
 
     def recreate(self, text, state):
         """Begin anew with `text`, at the fairleads of a `state`, for `take_back`."""
-        self.close()
         self.state[:] = array("d", state)
-        folder = self._written(text)
-        with console_kept() as console:
-            failed = self._made(folder, list(self.position), search=False)
-        if failed:
-            raise MooringError(_not_started(list(self.position), console.text))
-        self._connect()
+        self.create(text, list(self.position))
         self.state[1] = START_STEP
         self.evaluate()  # before its first step MoorDyn would write a time that it has not set
+
+    def _state_file(self, path):
+        """The bytes of a state file of the system as it is, which is `path`."""
+        moordyn().MoorDyn_SaveState(self._system, str(path).encode())
+        return path.read_bytes()
 
     def end_motion(self, line, end):
         """(x, y, z) [m] and velocity [m/s] of end A (0) or B (1) of a line: six numbers."""
@@ -301,37 +311,16 @@ class MoorDynSystem:
         moordyn().MoorDyn_GetLineUnstretchedLength(self._arrays["line"][line], byref(found))
         return found.value
 
-    def set_lengths(self, lengths):
-        """Let the lines with a winch have these lengths [m]."""
-        first = len(self.state) - len(self._winches)
-        self.state[first:] = lengths
-
-    def _state_file(self):
-        """The bytes of a state file of the system as it is."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "lines.state"
-            with console_kept():
-                moordyn().MoorDyn_SaveState(self._system, str(path).encode())
-            return path.read_bytes()
-
-    def _written(self, text):
-        # a .out file appears beside the input, so every system has a folder of its own
-        self._folder = _new_folder(self._place)
-        folder = Path(self._folder.name)
-        (folder / "lines.txt").write_text(text, encoding="utf-8")
-        for name, content in self._files.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(content)
-        return folder
-
     def _made(self, folder, position, search):
         """Let MoorDyn begin there; True if it fails."""
         library = moordyn()
-        # MoorDyn looks for the file of the seabed in the folder that the process is in
         with contextlib.chdir(folder) if self._files else contextlib.nullcontext():
+            # it looks for the file of the seabed where the program runs
             self._system = library.MoorDyn_Create(str(folder / "lines.txt").encode())
         if not self._system:
             return True
+        if search:
+            library.MoorDyn_SetDt(self._system, self._lines.longest / RELAXED)
         initialise = library.MoorDyn_Init if search else library.MoorDyn_Init_NoIC
         at = self._poses(position)
         return initialise(self._system, at, (c_double * len(at))()) != 0
@@ -343,12 +332,6 @@ class MoorDynSystem:
             at += [*position[n : n + 3], *([0.0] * 3 if count == 2 else [])]
             n += 3 * count
         return (c_double * max(1, len(at)))(*at)
-
-    def _transfer(self, folder, change):
-        path = folder / "lines.state"
-        moordyn().MoorDyn_SaveState(self._system, str(path).encode())
-        path.write_bytes(change(path.read_bytes()))
-        moordyn().MoorDyn_LoadState(self._system, str(path).encode())
 
     def _connect(self):
         """Let the loop know the system and its lines."""
@@ -364,7 +347,10 @@ class MoorDynSystem:
             library.MoorDyn_GetLineUnstretchedLength(line, byref(length))
             self._arrays["line"][k], self._arrays["segments"][k] = line, count.value
             self.lengths.append(length.value)
-        self.segments = list(self._arrays["segments"])
+        self.segments, self._arrays["lengths"][:] = list(self._arrays["segments"]), self.lengths
+        room = 33 * self._fairleads + 6 * (max(self.segments, default=0) + 1)
+        self._arrays["work"] = (c_double * room)()
+        lines.work = ctypes.addressof(self._arrays["work"])
         lines.system, self._size = self._system, 0
         if self.course:
             nodes = c_uint32()
@@ -372,14 +358,6 @@ class MoorDynSystem:
             lines.nodes = nodes.value
             water = self.course.room(nodes.value)
             lines.water = ctypes.addressof(water)
-
-    def _ready(self, position):
-        self._connect()
-        self.state[:] = [0.0] * len(self.state)
-        self.state[1] = START_STEP
-        self.position[:] = position
-        first = len(self.state) - len(self._winches)
-        self.state[first:] = [self.lengths[k] for k in self._winches]
 
     def evaluate(self, velocity=None):
         """Take the forces with fairleads where they are, at this velocity [m/s] or at rest."""

@@ -8,16 +8,19 @@ from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Any
 
-import numpy as np
-
 from m4e_adapters.hydrodynamics.config import Current
-from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
-from m4e_adapters.hydrodynamics.seas.water.moving_water import HEIGHTS, water_speed
-from m4e_adapters.moordyn.ready_files.attachments import COUPLED
-from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, fastest, stable_step
+from m4e_adapters.moordyn.ready_files.attachments import COUPLED, FIXED, FREE
+from m4e_adapters.moordyn.stability import (
+    FLOW,
+    MARGIN,
+    NOTHING,
+    SCHEMES,
+    Segment,
+    kind,
+    stable_step,
+)
 from m4e_fmi.errors import InputError, Problem
 
 FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
@@ -71,15 +74,6 @@ class Sea:
     depth: float
     gravity: float
 
-    @property
-    def speed(self) -> float:
-        """Hardly exceeded by the water [m/s], as configured; see `water_speed`."""
-        current = np.zeros((1, 3))
-        if self.current is not None:
-            heights = np.linspace(-self.depth, 0.0, HEIGHTS)
-            current = current_velocity(self.current, heights, depth=self.depth)
-        return water_speed(components_of(self.waves, {}) if self.waves else None, current)
-
 
 @dataclass(frozen=True)
 class Mooring:
@@ -94,10 +88,10 @@ class Mooring:
     says whether lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a
     ready file has them, to be compared with where they start; `notes` say what in a ready file is
     taken otherwise than it stands there. `winches` are numbers of the lines whose length is set.
-    `sea` is None if the water is not moved from outside. `fastest` [m/s] is the speed of the water
-    up to which the internal step is stable. `no_way_back` says why the state cannot be saved and
-    restored; empty where it can. `strengths` [N] are those of lines, as far as they are known;
-    `anchors` and `points` have the numbers in the text of fixed and free points, by name.
+    `sea` is None if the water is not moved from outside. `kinds` are what the loop needs of each
+    line to shorten internal steps. `no_way_back` says why the state cannot be saved and restored;
+    empty where it can. `strengths` [N] are those of lines, as far as they are known; `anchors` and
+    `points` have the numbers in the text of fixed and free points, by name.
     """
 
     text: str
@@ -118,7 +112,7 @@ class Mooring:
     drawn: tuple[Fairlead, ...] = ()
     notes: tuple[str, ...] = ()
     sea: Sea | None = None
-    fastest: float = math.inf
+    kinds: tuple[tuple[float, ...], ...] = ()
     no_way_back: str = ""
     strengths: Mapping[str, float] = field(default_factory=dict)
     anchors: Mapping[str, int] = field(default_factory=dict)
@@ -142,11 +136,27 @@ class Mooring:
         first = len(self.fairleads) - len(numbers)
         return dict(zip(numbers, self.fairleads[first:], strict=True))
 
+    @property
+    def at_lines(self) -> list[list[str]]:
+        """Numbers in the text of the points, or rods, at ends A and B of each line."""
+        return [[w.upper().lstrip("CONPIT0") for w in row[2:4]] for row in self.rows("LINES")]
+
     def ends_at(self, point: int) -> list[tuple[int, int]]:
         """(line, end) from 0, end 1 for B, of all that is at a point, by its number."""
-        rows = self.rows("LINES")
-        ends = [(k, end) for k in range(len(rows)) for end in (0, 1)]
-        return [(k, end) for k, end in ends if rows[k][2 + end] == str(point)]
+        pairs = enumerate(self.at_lines)
+        return [(k, end) for k, both in pairs for end in (0, 1) if both[end] == str(point)]
+
+    def named(self) -> Mooring:
+        """The same with names for the fixed and free points at which lines are: point_1, …"""
+        found = {
+            key: {
+                f"point_{row[0]}": int(row[0])
+                for row in self.rows("POINTS")
+                if row[1].upper() in words and self.ends_at(int(row[0]))
+            }
+            for key, words in (("anchors", FIXED), ("points", FREE))
+        }
+        return replace(self, **found)
 
     def described(self) -> dict[str, Any]:
         """The arguments of a `LineSystem`, but for its text and files: JSON values."""
@@ -157,7 +167,9 @@ class Mooring:
             "drawn": [(fairlead.name, *fairlead.place) for fairlead in self.drawn],
             "lines": list(self.lines),
             "time_step": self.time_step,
-            "lag": 0.0 if self.scheme == "RK4" else 0.5,
+            "share": MARGIN,
+            "order": SCHEMES[self.scheme],
+            "kinds": [[*kind[:-1], FLOW if self.moving else 0.0] for kind in self.kinds],
             "net": self.net,
             "at_rest": self.at_rest,
             "bed": self.bed,
@@ -204,7 +216,7 @@ def net_line(
 
 
 def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | None) -> float:
-    """The internal time step [s]: the `wanted` one if it is stable.
+    """The longest internal time step [s]: the `wanted` one if it is stable in a taut line.
 
     `segments` holds one segment of every line that has moving nodes, by the line's name. InputError
     for a step that is unstable, or too short; its keys are those of a mooring section.
@@ -222,8 +234,7 @@ def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | 
     if wanted > limits[worst]:
         message = (
             f"internal time step {wanted:g} s is unstable: {worst} allows at most "
-            f"{limits[worst]:.3g} s with {scheme}, where it lands on the seabed or moves at up to "
-            f"{segments[worst].speed:.3g} m/s"
+            f"{limits[worst]:.3g} s with {scheme}"
         )
         advice = "leave the step out to have a stable one chosen, or use fewer segments"
         if scheme == "RK2":
@@ -232,10 +243,16 @@ def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | 
     return wanted
 
 
-def fastest_water(segments: dict[str, Segment], *, scheme: str, step: float) -> float:
-    """The speed of the water [m/s] up to which an internal `step` [s] is stable."""
-    found = (fastest(segment, step, scheme) for segment in segments.values())
-    return min(found, default=math.inf) - SPEED
+def kinds_of(
+    segments: dict[str, Segment], moving: dict[str, Segment], *, bed: float
+) -> tuple[tuple[float, ...], ...]:
+    """Numbers of each line for the loop over MoorDyn; in lines beside `moving` nothing moves.
+
+    `bed` is z [m] of the seabed at its highest.
+    """
+    return tuple(
+        kind(segment, bed=bed) if name in moving else NOTHING for name, segment in segments.items()
+    )
 
 
 def _longest(segment: Segment, scheme: str) -> float:

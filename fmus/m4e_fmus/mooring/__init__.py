@@ -20,8 +20,11 @@ from m4e_adapters.hydrodynamics.seas.water import moving_water
 from m4e_adapters.moordyn import Failure, Fairlead, Mooring, MooringConfig
 from m4e_adapters.moordyn.mooring import Sea
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe, runtime_files
+from m4e_fmi.model import Sphere
+from m4e_fmi.model.expression import Values
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.report.animation.shown import End, Shown, ShownCable
+from m4e_fmi.report.animation.shown import End, Shown, ShownCable, ShownHull
+from m4e_fmi.report.drawing.hulls import shape_hull
 from m4e_fmus.water import kind_in_water
 from m4e_fmus.water.surroundings import is_of
 
@@ -57,7 +60,7 @@ def _build(
     progress(
         f"{_counted(len(mooring.lines), 'line')} at "
         f"{_counted(len(mooring.fairleads), 'fairlead')}, "
-        f"internal time step {mooring.time_step:.3g} s"
+        f"internal time step up to {mooring.time_step:.3g} s"
     )
     for text in _doubts(mooring):
         progress(f"warning: {text}")
@@ -98,9 +101,7 @@ def _build(
         return source
     for line in lines_on(mooring.sea.waves):
         progress(line)
-    return _in_moving_water(
-        source, mooring.sea, in_space=config.dimensions == 3, fastest=mooring.fastest
-    )
+    return _in_moving_water(source, mooring.sea, in_space=config.dimensions == 3)
 
 
 def _doubts(mooring: Mooring) -> Iterator[str]:
@@ -126,13 +127,8 @@ def _doubts(mooring: Mooring) -> Iterator[str]:
         )
 
 
-def _in_moving_water(
-    source: PythonSource, sea: Sea, *, in_space: bool, fastest: float
-) -> PythonSource:
-    """`source` with what moves the water of a sea: its parameters, and code in the FMU.
-
-    The water may move at up to `fastest` [m/s].
-    """
+def _in_moving_water(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource:
+    """`source` with what moves the water of a sea: its parameters, and code in the FMU."""
     program = water_program(sea.waves, sea.current, depth=sea.depth, in_space=in_space)
     parameters = [v for v in describe(program).variables if v.causality == "parameter"]
     variables = [
@@ -146,7 +142,6 @@ def _in_moving_water(
         "depth": sea.depth,
         "gravity": sea.gravity,
         "stretching": sea.stretching,
-        "fastest": fastest if math.isfinite(fastest) else None,
     }
     adapter, seas = Path(moordyn.__file__).parent, Path(moving_water.__file__).parent
     return replace(
@@ -212,7 +207,7 @@ def _that_parts(mooring: Mooring) -> Mooring:
 
 def _moved_end(mooring: Mooring, line: int) -> int:
     """The end, 0 (A) or 1 (B), that is at a fairlead; B where both or none are."""
-    moved = [end in mooring.moved for end in mooring.rows("LINES")[line][2:4]]
+    moved = [end in mooring.moved for end in mooring.at_lines[line]]
     return 0 if moved == [True, False] else 1
 
 
@@ -226,7 +221,10 @@ def _parting(mooring: Mooring) -> dict[str, int]:
 
 
 def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
-    """The lines, but for those at rods and bodies, and the bed; places depend on no parameter."""
+    """Lines, but for those at rods and bodies, free points with a volume as spheres, and the bed.
+
+    Places depend on no parameter.
+    """
     mooring = moordyn.mooring(config, folder=folder)
     at: dict[str, End] = {
         row[0]: (float(row[2]), float(row[3]), float(row[4]))
@@ -236,11 +234,17 @@ def _scene(config: MooringConfig, *, folder: Path, **_: object) -> Shown:
     at |= {word: fairlead.name for word, fairlead in mooring.moved.items()}
     at |= {str(number): name for name, number in mooring.points.items()}
     cables = [
-        ShownCable(name, (at[row[2]], at[row[3]]), len(_nodes(mooring, name)))
-        for name, row in zip(mooring.lines, mooring.rows("LINES"), strict=True)
-        if row[2] in at and row[3] in at
+        ShownCable(name, (at[a], at[b]), len(_nodes(mooring, name)))
+        for name, (a, b) in zip(mooring.lines, mooring.at_lines, strict=True)
+        if a in at and b in at
     ]
-    return Shown(cables=tuple(cables), floor=mooring.bed)
+    radii = {name: (0.75 * p.volume / math.pi) ** (1 / 3) for name, p in config.points.items()}
+    hulls = [
+        ShownHull(name, shape_hull(Sphere(radius=radius), Values({}), 0))
+        for name, radius in radii.items()
+        if radius
+    ]
+    return Shown(tuple(hulls), tuple(cables), floor=mooring.bed)
 
 
 def _nodes(mooring: Mooring, line: str) -> list[int]:

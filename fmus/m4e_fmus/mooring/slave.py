@@ -2,7 +2,7 @@
 
 import json
 import sys
-from itertools import chain
+from itertools import islice
 from math import atan2, hypot
 
 from pythonfmu.enums import Fmi2Status
@@ -10,7 +10,6 @@ from pythonfmu.enums import Fmi2Status
 from .line_system import LineSystem  # type: ignore  # side by side in the FMU
 from .slave_base import M4eSlave  # type: ignore
 
-ROUNDING = 1e-6  # of speeds
 SAFEST = 1e3  # the largest safety factor
 
 
@@ -25,22 +24,13 @@ class MooringSlave(M4eSlave):
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._line_names = system["lines"]
-        axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
-        self._motion, self._speed, forces = (
-            [[self.index[f"{name}.{kind}{axis}"] for axis in axes] for name, axes in pairs]
-            for kind, pairs in (
-                (kind, list(zip(system["names"], axes, strict=True)))
-                for kind in ("", "v", "force_")
-            )
-        )
-        self._outputs = [
-            *chain(*forces),
-            *(
-                self.index[f"{name}.{end}_tension"]
-                for end in ("anchor", "fairlead")
-                for name in self._line_names
-            ),
-        ]
+        self._axes = [3 if y is None else 2 for y in system["fairleads"]]
+        # place and velocity by turns, length and rate by turns, then forces and tensions
+        moved, winches = 2 * sum(self._axes), 2 * len(system["winches"])
+        self._place, self._speed = slice(0, moved, 2), slice(1, moved, 2)
+        self._winch = slice(moved, moved + winches)
+        last = self._winch.stop + sum(self._axes) + 2 * len(self._line_names)
+        self._outputs = slice(self._winch.stop, last)
         self._water, self._of_water, self._values_of_water = None, [], []
         nodes, names, looked_up = (system.pop(key) for key in ("nodes", "files", "looked_up"))
         self._anchors, self._points = system.pop("anchors"), system.pop("points")
@@ -48,10 +38,6 @@ class MooringSlave(M4eSlave):
         self._parting = {
             self.index[f"{line}.parted"]: failure for line, failure in system.pop("parting").items()
         }
-        self._winches = [
-            [self.index[f"{self._line_names[line]}.{kind}"] for line in system["winches"]]
-            for kind in ("length", "length_rate")
-        ]
         self._lines = LineSystem(
             text,
             course=self._moving_water(),
@@ -85,7 +71,6 @@ class MooringSlave(M4eSlave):
 
         water = json.loads(file.read_text(encoding="utf-8"))
         self._of_water = [self.index[name] for name in water.pop("parameters")]
-        self._fastest = water.pop("fastest")
         self._water = MovingWater(code, **water)
         return WaterCourse(self._water)
 
@@ -94,32 +79,21 @@ class MooringSlave(M4eSlave):
         values = [self.values[k] for k in self._of_water]
         if self._water is not None and values != self._values_of_water:
             self._water.set(values)
-            self._check_speed(self._water.speed())
             self._values_of_water = values
         return values
 
-    def _check_speed(self, speed):
-        """Raise ValueError if the internal step is not stable in water of that `speed` [m/s]."""
-        if self._fastest is not None and speed > self._fastest * (1 + ROUNDING):
-            raise ValueError(
-                f"waves and current reach {speed:.3g} m/s with these parameters, but the lines' "
-                f"internal step is stable up to {self._fastest:.3g} m/s: write the largest waves "
-                "and current in their sections, and build anew, or give a shorter solver.time_step"
-            )
-
     def initialise(self):
         """Start the lines, unless they have started with the same motion and waves."""
-        given = (self._taken(self._motion), self._taken(self._speed), self._set_water())
-        lengths = self._taken(self._winches)[0]
-        if (*given, lengths) != self._started_with:
-            self._lines.start(*given[:2], self.time, lengths)
-            self._started_with = (*given, lengths)
+        place, speed = iter(self.values[self._place]), iter(self.values[self._speed])
+        motion = [
+            [tuple(islice(values, count)) for count in self._axes] for values in (place, speed)
+        ]
+        lengths = self.values[self._winch][::2]
+        given = (*motion, lengths, self._set_water())
+        if given != self._started_with:
+            self._lines.start(*motion, self.time, lengths)
+            self._started_with = given
             self._warn(self._lines.warnings)
-
-    def _taken(self, places):
-        """The values of variables, by groups of value references."""
-        values = self.values
-        return [[values[k] for k in group] for group in places]
 
     def _warn(self, texts):
         for text in texts:
@@ -128,8 +102,9 @@ class MooringSlave(M4eSlave):
     def step(self, t, h):
         """Advance from t over h [s]."""
         self._set_water()
-        winch = [x for pair in zip(*self._taken(self._winches), strict=True) for x in pair]
-        self._lines.advance(t, h, self._taken(self._motion), self._taken(self._speed), winch)
+        values = self.values
+        motion = [values[self._place]], [values[self._speed]]
+        self._lines.advance(t, h, *motion, values[self._winch])
         told = self._lines.overstretched() + self._lines.surfaced() + self._lines.partings()
         self._warn(told)
 
@@ -138,10 +113,8 @@ class MooringSlave(M4eSlave):
         for place, failure in self._parting.items():
             if self.values[place]:
                 self._lines.part(failure)
-        self._lines.settle(self._taken(self._speed))
-        values, tensions = self.values, self._lines.tensions()
-        for place, found in zip(self._outputs, chain(*self._lines.force, *tensions), strict=True):
-            values[place] = found
+        self._lines.settle([self.values[self._speed]])
+        self.values[self._outputs] = self._lines.outputs()
         self._slow_known = False
 
     def get_real(self, vrs):
@@ -156,7 +129,7 @@ class MooringSlave(M4eSlave):
         if self._slow_known or not self._lines.running:
             return
         found, values = {}, self.values
-        tensions = zip(*self._lines.tensions(), strict=True)
+        tensions = self._lines.tensions()
         for line, (name, both) in enumerate(zip(self._line_names, tensions, strict=True)):
             along = self._lines.along(line)
             for k, place in self._nodes[line]:

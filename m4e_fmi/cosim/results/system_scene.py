@@ -31,7 +31,10 @@ def system_scene(
     starts = {c.name: _starts(c, descriptions[c.name]) for c in system.components}
 
     def follow(component: str, variable: str) -> Value:
-        """The variable that an input follows; of one without a link the start value, else 0."""
+        """The variable that an input follows, or an output; else the start value, or 0."""
+        own = descriptions[component].variables.get(variable)
+        if own is not None and own.causality == "output":
+            return Followed(f"{component}.{variable}")
         link = sources.get(Port(component, variable))
         if link is not None:
             return Followed(str(link.source), link.factor, link.offset)

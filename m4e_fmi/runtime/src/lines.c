@@ -136,6 +136,25 @@ static void move_water(m4e_lines *l, double s) {
     l->set_water(l->system, now, now + n / 2, 0.0);
 }
 
+/* Internal steps, `least` or more, with which all lines are stable for the next h. */
+static uint64_t internal_steps(const m4e_lines *l, double h, uint64_t least) {
+    double *r = l->work + (size_t)33 * l->fairleads;
+    const double *water = l->water ? l->water + (size_t)18 * l->nodes : NULL;
+    for (uint32_t i = 0; i < l->lines; i++) {
+        const uint32_t n = l->segments[i];
+        double *v = r + 3 * ((size_t)n + 1), size = l->lengths[i];
+        for (uint32_t node = 0; node <= n; node++) {
+            l->node_position(l->line[i], node, r + 3 * node);
+            l->node_velocity(l->line[i], node, v + 3 * node);
+        }
+        for (uint32_t w = 0; w < l->winches; w++)
+            if (l->winch[w] == i) size = length(l)[w];
+        least = m4e_line_steps(l->kinds + i, n, size, r, v, water, h, least, l->order, l->share);
+        if (water) water += 3 * ((size_t)n + 1);
+    }
+    return least;
+}
+
 static int read_ends(m4e_lines *l) {
     for (uint32_t i = 0; i < l->lines; i++)
         for (uint32_t end = 0; end < 2; end++) {
@@ -177,21 +196,20 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
            *bend = mean + n;
     const double lead = h / 2 + l->state[2]; /* from the velocity that is known to the mean one */
     const uint64_t steps = (uint64_t)ceil(h / l->longest * (1 - SPARE)), least = steps ? steps : 1;
-    const uint64_t pieces = (least + PIECE - 1) / PIECE;
+    /* MoorDyn has accelerations from velocities of pieces that are all as long */
+    const uint64_t pieces = l->inert ? least : (least + PIECE - 1) / PIECE;
     const uint64_t intervals = (uint64_t)fmax(1, ceil(h / l->interval - SPARE));
     const uint64_t size = (pieces + intervals - 1) / intervals; /* pieces of an interval */
     const double last = l->inert ? 0 : LAST_PART * h;
-    double from = 0, piece = 0, begun = 0, ended = h;
-    l->set_dt(l->system, h / (double)least * (1 + SPARE));
+    double from = 0, piece = 0, inner = 0, begun = 0, ended = h;
     for (size_t i = 0; i < n; i++) {
         mean[i] = (at[i] + u[i] * h - position(l)[i]) / h;
         bend[i] = (mean[i] - velocity(l)[i]) / lead;
     }
     memcpy(start, position(l), n * sizeof *start);
     for (uint64_t k = 0; k < pieces; k++) {
-        const double to = k + 1 == pieces
-                              ? h - last
-                              : h * (double)((k + 1) * least / pieces) / (double)least;
+        const uint64_t done = k * least / pieces, next_done = (k + 1) * least / pieces;
+        const double to = k + 1 == pieces ? h - last : h * (double)next_done / (double)least;
         for (size_t i = 0; i < n; i++) {
             end[i] = position(l)[i] + mean[i] * to - bend[i] / 2 * to * (h - to);
             chord[i] = (end[i] - start[i]) / (to - from);
@@ -212,6 +230,8 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
         }
         memcpy(force(l), stage_force(l), n * sizeof *start);
         l->state[0] = t + from;
+        inner = (to - from) / (double)internal_steps(l, to - from, next_done - done);
+        l->set_dt(l->system, inner * (1 + SPARE));
         const int failed = call(l, start, chord, to - from, stage_force(l));
         if (failed) return failed;
         memcpy(start, end, n * sizeof *start);
@@ -224,7 +244,7 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
         velocity(l)[i] = mean[i];
         given(l)[i] = u[i];
         /* where it is not evaluated: from the last stage on to the end */
-        const double ahead = l->lag * h / (double)least / piece;
+        const double ahead = l->lag * inner / piece;
         force(l)[i] = stage_force(l)[i] + ahead * (stage_force(l)[i] - force(l)[i]);
         mean[i] += bend[i] * h / 2;
     }

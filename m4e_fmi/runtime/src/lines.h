@@ -4,7 +4,7 @@
 #ifndef LINES_H
 #define LINES_H
 
-#include "m4e.h"
+#include "line_steps.h"
 
 /* Numbers of `state` before those of fairleads: time, length of an evaluating call, time since
    `velocity` was that of the fairleads. Then of each fairlead position, velocity, velocity that
@@ -19,6 +19,7 @@ typedef struct {
     int (*set_dt)(void *system, double dt);
     int (*set_water)(void *system, const double *velocity, const double *acceleration, double t);
     int (*node_position)(void *line, unsigned node, double *r);
+    int (*node_velocity)(void *line, unsigned node, double *v);
     int (*node_force)(void *line, unsigned node, double *f);
     int (*node_tension)(void *line, unsigned node, double *t);
     int (*set_length)(void *line, double length);
@@ -31,15 +32,19 @@ typedef struct {
     const double *axes;   /* of each coupled object: the direction of a rod as drawn */
     const double *fixed;  /* of each fairlead: its y, or nan where it moves in space */
     const uint32_t *winch; /* numbers of the lines whose length is set */
+    const m4e_line_kind *kinds; /* of each line */
+    const double *lengths;      /* of each line, unless a winch sets it */
     uint32_t lines, fairleads, objects, winches, nodes;
     int32_t inert;     /* coupled objects have masses of their own */
     int32_t moving;    /* the water moves */
+    uint32_t order;    /* of the Runge-Kutta method */
+    double share;      /* of the longest stable step that is taken */
     double longest;    /* internal step [s] */
     double interval;   /* [s] at which the water is sampled, at most */
     double lag;        /* internal steps from the last stage to the end of a step */
     double *water; /* velocity, acceleration of all nodes: at the begin, in the middle, at the end
                       of an interval, and now; NULL: the water is not moved from outside */
-    double *state, *work; /* work: 33 numbers a fairlead */
+    double *state, *work; /* work: 33 numbers a fairlead, 6 a node of the longest line */
 } m4e_lines;
 
 /* Forces of fairleads with this velocity where they are, by a vanishing call. */

@@ -15,7 +15,14 @@ from functools import cache
 from pathlib import Path
 
 from m4e_adapters.moordyn.line_file import header
-from m4e_adapters.moordyn.ready_files.attachments import FREE, ends_of
+from m4e_adapters.moordyn.ready_files.attachments import ENDS, FREE, ends_of
+from m4e_adapters.moordyn.ready_files.named_files import (
+    CURVES,
+    OWN,
+    READ_AS_NUMBER,
+    SYROPE,
+    NamedFiles,
+)
 from m4e_adapters.moordyn.ready_files.read_file import (
     TABLES,
     ReadFile,
@@ -43,6 +50,7 @@ COLUMNS: dict[str, dict[int, Column]] = {
         7: ADDED_MASS,
         8: ("axial drag coefficient CdAx", 0.0, 1e3),
         9: ("axial added mass coefficient CaAx", 0.0, 1e3),
+        10: ("lift coefficient Cl", 0.0, 1e3),
     },
     "rod types": {
         1: DIAMETER,
@@ -68,13 +76,19 @@ COLUMNS: dict[str, dict[int, Column]] = {
     },
     "points": {**dict.fromkeys((2, 3, 4), PLACE), 5: MASS, 6: VOLUME},
     "lines": {4: ("unstretched length", 1e-3, 1e6), 5: ("number of segments", 1, 1000)},
+    "syrope ic": {1: ("tension Tmax0", 0.0, 1e15), 2: ("tension Tmean0", 0.0, 1e15)},
+    "failure": {3: ("time of failure", 0.0, 1e12), 4: ("tension of failure", 0.0, 1e15)},
 }
-SEVERAL = {("bodies", k) for k in (9, 10, 12, 13)}  # columns of values with | in between
+SEVERAL = {
+    *(("bodies", k) for k in (9, 10, 12, 13)),
+    *(("line types", k) for k in CURVES),
+}
+"""Columns of values with | in between."""
 SEGMENTS = {"rods": 9, "lines": 5}  # column of their number, which is whole; outputs stand behind
 OPTIONS: dict[str, tuple[float, float]] = {
     "dtm": (1e-6, 1e3),
     "cfl": (1e-6, 1e3),
-    "g": (1e-6, 1e3),
+    "g": (0.0, 1e3),
     "rho": (0.0, 1e5),
     "wtrdpth": (0.0, 1e5),
     "kbot": (0.0, 1e15),
@@ -84,9 +98,9 @@ OPTIONS: dict[str, tuple[float, float]] = {
     "cdscaleic": (1e-6, 1e6),
     "threshic": (0.0, 1e6),
     "icgendynamic": (0.0, 1.0),
-    "wavekin": (0.0, 1.0),  # more: water kinematics from files
+    "wavekin": (0.0, 7.0),
     "dtwave": (0.0, 1e6),
-    "currents": (0.0, 0.0),  # more: currents from files
+    "currents": (0.0, 5.0),
     "unifycurrentgrid": (0.0, 1.0),
     "writelog": (0.0, 3.0),
     "writeunits": (0.0, 1.0),
@@ -98,41 +112,52 @@ OPTIONS: dict[str, tuple[float, float]] = {
     "disableouttime": (0.0, 1.0),
 }
 """Least and largest value of the options that are numbers (MoorDyn2.cpp, readOptionsLine)."""
-WORDS = ("tscheme", "fileic")
+WORDS = ("tscheme", "fileic", "seafloorfile")
+ELSEWHERE = ("outswitch", "inertialf", "inertialf_rampt", "waterkin", "wavekin_rampt")
+"""Options of MoorDyn-F that MoorDyn-C does not know."""
+PASSED = ("tscheme", "wtrdpth", "wavekin", "dtwave", "currents", "unifycurrentgrid", "seafloorfile")
+"""Options of which MoorDyn itself is asked."""
+FRICTION = ("mu_kt", "mu_ka")  # of MoorDyn-F, across the line and along it
 CLOSE = 1e-6  # [m] between the ends of a line that are at the same place
-CREATE = "import moordyn; moordyn.Create('lines.txt')"
+MOST_STEPS = 1e7  # internal steps on the way to the initial state
+CREATE = """\
+import moordyn
+lines = moordyn.Create('lines.txt')
+places = [float(k) for k in range(moordyn.NCoupledDOF(lines))]
+if {waves}: moordyn.Init_NoIC(lines, places, [0.0] * len(places))
+"""
 LONGEST = 60.0  # [s] for MoorDyn to read a file
 SOURCE_PLACE = re.compile(r"^ERR \S+:\d+ \w+\(\): *", re.MULTILINE)
 AT_LINE = re.compile(r"Error in lines.txt at line (\d+):?\s*('.*'\n)?")
 
 
-def check(file: ReadFile) -> None:
-    """Note everything in `file` that MoorDyn refuses, does not say or cannot save."""
-    if not file.rows("lines"):
+def check(file: ReadFile, named: NamedFiles) -> None:
+    """Note everything in `file` and the files that it names which MoorDyn refuses or misreads."""
+    if not any(map(file.rows, ("lines", "rods", "bodies"))):
         remedy = "add it, or name a MoorDyn v2 input file"
         file.wrong(None, "the section LINES is missing or empty", remedy)
+        return
     for row in file.headless:
         message = "one of two lines above the rows of this table, names and units, is missing"
         remedy = "write it above this row, as '(-) (-)': MoorDyn would leave this row out instead"
         file.wrong(row, message, remedy)
-    for section in TABLES:
+    for row in file.strange:
+        message = "the section of this row is unknown, or there a second time"
+        known = ", ".join((*TABLES, "failure", "options")).upper()
+        file.wrong(row, message, f"MoorDyn would leave it out; sections are {known}")
+    for section in (*TABLES, "failure"):
         for row in file.rows(section):
             _check_numbers(file, section, row)
     for section in ("line types", "rod types"):
-        names: set[str] = set()
-        for row in file.rows(section):
-            if row.words[0] in names:
+        names = [row.words[0] for row in file.rows(section)]
+        for k, row in enumerate(file.rows(section)):
+            if row.words[0] in names[:k]:
                 file.wrong(row, f"the type {row.words[0]!r} is given twice", "rename one of them")
-            names.add(row.words[0])
-    for row in file.rows("line types"):
-        if len(row.words) > 10 and (not number(row.words[10]) or float(row.words[10]) != 0):
-            message = "vortex-induced vibration (Cl) is not supported"
-            file.wrong(row, message, "set Cl to 0: MoorDyn does not save its state", 10)
-    for row in (*file.rows("failure"), *file.rows("not supported")):
-        remedy = "remove the section: MoorDyn cannot go back before what happens in it"
-        file.wrong(row, "this section is not supported", remedy)
+    for row in (*file.rows("control"), *file.rows("external loads")):
+        message = "only MoorDyn-F has a section CONTROL or EXTERNAL LOADS"
+        file.wrong(row, message, "remove the section")
     if not file.problems:
-        _check_by_moordyn(file)
+        _check_by_moordyn(file, named)
     _check_options(file)
 
 
@@ -141,7 +166,7 @@ def check_places(file: ReadFile, places: dict[str, tuple[float, float, float]]) 
     for row in file.rows("points"):
         _check_depth(file, row, f"point {row.words[0]}", places[row.words[0]][2])
     for row in file.rows("rods"):
-        ends = [float(word) for word in row.words[3:9]]
+        ends = [float(word) for word in row.words[ENDS]]
         if math.dist(ends[:3], ends[3:]) < CLOSE and float(row.words[9]) > 0:
             message = f"both ends of rod {row.words[0]} are at one place"
             file.wrong(row, message, "move one, or give a rod without length 0 segments")
@@ -172,8 +197,11 @@ def _check_numbers(file: ReadFile, section: str, row: Row) -> None:
         word = row.words[k] if k < len(row.words) else ""
         values = word.split("|") if (section, k) in SEVERAL else [word]
         whole = SEGMENTS.get(section) == k
-        for value in values if word else ():
-            _check_number(file, row, k, name, value, (least, largest), whole=whole)
+        curve = section == "line types" and k in CURVES
+        for n, value in enumerate(values if word else ()):
+            limits = (min(least, 0.0) if n else least, largest)
+            if n or not curve or READ_AS_NUMBER.match(value.removeprefix(SYROPE)):
+                _check_number(file, row, k, name, value, limits, whole=whole)
 
 
 def _check_number(
@@ -191,9 +219,9 @@ def _check_number(
         return
     kind = "whole number" if whole else "number"
     message = f"{name}: {word!r} is not a {kind} between {limits[0]:g} and {limits[1]:g}"
-    remedy = "give all columns of the row, in SI units (angles in degrees); no names of files"
+    remedy = "give all columns of the row, in SI units (angles in degrees)"
     if row in file.rows("options"):
-        remedy = "remove the line for the default; data in other files are not supported"
+        remedy = "remove the line for the default"
     file.wrong(row, message, remedy, k)
 
 
@@ -206,20 +234,38 @@ def _check_options(file: ReadFile) -> None:
         key, (value, name) = option_name(row), row.words[:2]
         if key in OPTIONS:
             _check_number(file, row, 0, name, value, OPTIONS[key])
-        elif key not in WORDS:
+        elif key not in (*WORDS, *ELSEWHERE):
             remedy = suggestion(name.lower(), {*OPTIONS, *WORDS}, "options")
             file.wrong(row, f"unknown or unsupported option {name!r}", remedy, 1)
         last = file.options[key]
-        if last.words[0] != value:
-            message = f"{name} {value}: line {last.line} gives {' '.join(last.words[1::-1])}"
-            file.wrong(row, message, "MoorDyn takes the last one: remove one of the two lines")
-    if "wtrdpth" not in file.options and file.rows("lines"):
-        row = (file.rows("options") or file.rows("lines"))[-1]
+        if last.words[0] != value and last.line != row.line:
+            goes = " ".join(last.words[1::-1])
+            file.notes.append(f"{goes} (line {last.line}) goes before {name} {value} of the file")
+    friction = [r for r in file.rows("options") if "".join(r.words[1:2]).lower() in FRICTION]
+    if (len(friction) % 2 and any(r.words[0].strip("0.") for r in friction)) or (
+        len({row.words[0] for row in friction}) > 1
+    ):
+        message = "MoorDyn-C has one friction coefficient, along the line and across"
+        file.wrong(friction[-1], message, f"give both {' and '.join(FRICTION)}, the same")
+    unknown = [" ".join(file.options[key].words[1::-1]) for key in ELSEWHERE if key in file.options]
+    if unknown:
+        still = ", so that the water is still without `waves` of the component"
+        file.notes.append(
+            f"options of MoorDyn-F without an effect: {', '.join(unknown)}"
+            f"{still if 'waterkin' in file.options else ''}"
+        )
+    steps = file.option("tmaxic", 0.0) / max(file.option("dtm", 1.0), OPTIONS["dtm"][0])
+    if steps > MOST_STEPS and not file.problems:
+        message = f"the initial state would take up to {steps:.3g} internal steps"
+        file.wrong(file.options["tmaxic"], message, "give a smaller TmaxIC")
+    if "wtrdpth" not in file.options:
+        row = (file.rows("options") or file.rows("lines") or file.rows("bodies") or (None,))[-1]
         message = "the depth of the water, WtrDpth, is missing in OPTIONS"
-        file.wrong(row, message, "add it below, in m: '200 WtrDpth'")
+        remedy = "add it below, in m: '200 WtrDpth', or to the component: 'water: {depth: 200}'"
+        file.wrong(row, message, remedy)
 
 
-def _check_by_moordyn(file: ReadFile) -> None:
+def _check_by_moordyn(file: ReadFile, named: NamedFiles) -> None:
     """Note what MoorDyn says of the tables of `file`, at the row that it names."""
     text: list[str] = ["MoorDyn v2 input file"]
     rows: dict[int, Row] = {}
@@ -229,9 +275,10 @@ def _check_by_moordyn(file: ReadFile) -> None:
         for row in file.rows(section):
             text.append(" ".join(row.words))
             rows[len(text)] = row
-    options = [row for key, row in file.options.items() if key in ("tscheme", "wtrdpth")]
+    options = [row for key, row in file.options.items() if key in PASSED]
     text += [header("OPTIONS"), *(" ".join(row.words[:2]) for row in options), header("END"), ""]
-    said = _said("\n".join(text))
+    waves = file.option("wavekin", 0.0) > 1
+    said = _said("\n".join(text), tuple(named.contents.items()), waves=waves)
     if said:
         at = AT_LINE.search(said)
         message = f"MoorDyn refuses it: {' '.join(AT_LINE.sub('', said).split())}"
@@ -242,11 +289,13 @@ def _check_by_moordyn(file: ReadFile) -> None:
 
 
 @cache
-def _said(text: str) -> str:
+def _said(text: str, files: tuple[tuple[str, bytes], ...], *, waves: bool) -> str:
     """The errors that MoorDyn has for an input file; a wrong file can end its process."""
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "lines.txt").write_text(text, encoding="utf-8")
-        command = [sys.executable, "-c", CREATE]
+        (Path(folder) / OWN).write_text(text, encoding="utf-8")
+        for name, content in files:
+            (Path(folder) / name).write_bytes(content)
+        command = [sys.executable, "-c", CREATE.format(waves=waves)]
         try:
             run = subprocess.run(
                 command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise, takewhile
 from pathlib import Path
+from types import MappingProxyType
 
 from m4e_fmi.errors import InputError, Problem, missing_file
 from m4e_fmi.files.file_kinds import check_named
@@ -31,12 +33,14 @@ TITLES = {
         "NODE PROPERTIES",
     ),
     "lines": ("LINES", "LINE LIST", "LINE PROPERTIES"),
+    "syrope ic": ("SYROPE IC",),
     "failure": ("FAILURE",),
+    "control": ("CONTROL",),
+    "external loads": ("EXTERNAL",),
     "options": ("OPTIONS",),
     "outputs": ("OUTPUT",),
-    "not supported": ("SYROPE", "CONTROL", "EXTERNAL"),
 }
-TABLES = ("line types", "rod types", "bodies", "rods", "points", "lines")
+TABLES = ("line types", "rod types", "bodies", "rods", "points", "lines", "syrope ic")
 HEADING = 2  # lines of a table before its rows: names and units
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 WORD = re.compile(r"\S+")
@@ -54,8 +58,12 @@ ALIASES = {
     "icthresh": "threshic",
     "gendynamicic": "icgendynamic",
     "icfile": "fileic",
+    "mu_kt": "frictioncoefficient",
+    "mu_ka": "frictioncoefficient",
+    "cv": "fricdamp",
+    "mc": "statdynfricscale",
 }
-"""Names that MoorDyn takes as well (MoorDyn2.cpp, readOptionsLine)."""
+"""Names that MoorDyn takes as well (MoorDyn2.cpp, readOptionsLine), and those of MoorDyn-F."""
 
 
 @dataclass(frozen=True)
@@ -67,19 +75,27 @@ class Row:
 
 
 class ReadFile:
-    """Rows and options of one file; `problems` grows with what is found wrong.
+    """Rows and options of one file; `problems` and `notes` grow with what is found in it.
 
-    `options` are the rows of the options by MoorDyn's names in small letters, the last of each.
-    `headless` are the first rows of tables whose names or units are missing.
+    `options` are the rows of the options by MoorDyn's names in small letters, the last of each;
+    `given` are values of options that the file may leave out.
+    `headless` are the first rows of tables whose names or units are missing; `strange` those of
+    sections that are unknown or a second one of their kind.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, given: Mapping[str, float] = MappingProxyType({})) -> None:
         self.path = path
         self.problems: list[Problem] = []
+        self.notes: list[str] = []
         text = _text(path)
         self._lines = text.splitlines()
-        self.tables, self.headless = tables(text)
+        self.tables, self.headless, self.strange = tables(text)
         self.options = {option_name(row): row for row in self.rows("options") if row.words[1:]}
+        for key, value in given.items():
+            row = self.options.setdefault(key, Row((repr(value), key), 0))
+            if number(row.words[0]) and float(row.words[0]) != value:
+                message = f"{' '.join(row.words[1::-1])}: `water` of the component gives {value:g}"
+                self.wrong(row, message, "remove one of the two")
 
     def rows(self, section: str) -> tuple[Row, ...]:
         """The rows of a section; none if it is not there."""
@@ -109,30 +125,29 @@ class ReadFile:
         )
 
 
-def tables(text: str) -> tuple[dict[str, tuple[Row, ...]], list[Row]]:
-    """The rows of every section of a file, by the names in TITLES, and those without a heading.
+def tables(text: str) -> tuple[dict[str, tuple[Row, ...]], list[Row], list[Row]]:
+    """The rows of every section of a file, by the names in TITLES, and those that MoorDyn skips.
 
-    The latter are the first rows of tables whose names or units are missing: MoorDyn leaves as many
-    rows out. Of sections that are not supported the only row is the title.
+    These are the first rows of tables whose names or units are missing, and the first rows of
+    sections of an unknown title, or of one that was there before.
     """
     lines = text.splitlines()
     openings = [k for k, line in enumerate(lines) if "---" in line]
     found: dict[str, tuple[Row, ...]] = {}
-    headless = []
+    headless, strange = [], []
     for opening, end in pairwise([*openings, len(lines)]):
         title = lines[opening].upper()
         section = next((s for s, known in TITLES.items() if any(k in title for k in known)), None)
-        if section is None or section in found:
-            continue
         rows = [_row(lines[k], k) for k in range(opening + 1, end)]
-        if section == "not supported":
-            rows = [_row(lines[opening], opening)]
-        elif section not in ("options", "outputs"):
+        if section is None or section in found:
+            strange += list(filter(_is_data, rows))[:1]
+            continue
+        if section not in ("options", "outputs"):
             early = next((k for k, row in enumerate(rows[:HEADING]) if _is_data(row)), HEADING)
             headless += rows[early:HEADING][:1]
             rows = rows[early:]
         found[section] = tuple(row for row in rows if row.words)
-    return found, headless
+    return found, headless, strange
 
 
 def number(word: str) -> bool:
@@ -167,10 +182,13 @@ def _is_data(row: Row) -> bool:
 def _text(path: Path) -> str:
     check_named(path, SUFFIXES, "MoorDyn file")
     try:
-        return read_text(path, encoding="utf-8-sig", largest=LARGEST_LINE_FILE)
+        try:
+            return read_text(path, encoding="utf-8-sig", largest=LARGEST_LINE_FILE)
+        except UnicodeDecodeError:  # of units like m³ in older files
+            return read_text(path, encoding="latin-1", largest=LARGEST_LINE_FILE)
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         message, remedy = missing_file(path, "MoorDyn file")
         raise InputError.single(message, remedy, keys=("file",)) from None
-    except (OSError, UnicodeDecodeError, TooLongError) as error:
+    except (OSError, TooLongError) as error:
         message = f"MoorDyn file cannot be read: {error}"
-        raise InputError.single(message, "save it as text in UTF-8", str(path)) from None
+        raise InputError.single(message, "name a MoorDyn v2 input file", str(path)) from None

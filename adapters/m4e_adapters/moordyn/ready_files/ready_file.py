@@ -1,38 +1,52 @@
 """A MoorDyn v2 input file that somebody else wrote, as a mooring.
 
-Everything that would abort the process, be ignored silently, or make a state that cannot be saved
-and restored is refused. The physics of an accepted file is not touched; its output switches are
-turned off, its internal step is written out, and what is taken otherwise is in the mooring's notes.
+Everything that would abort the process or be ignored silently is refused. The physics of an
+accepted file is not touched; its output switches are turned off, its internal step is written out,
+its failures are left to the adapter, and what is taken otherwise is in the mooring's notes.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
 
 from m4e_adapters.moordyn.line_file import MOVING_WATER, QUIET, RELAXATION, header
 from m4e_adapters.moordyn.mooring import (
+    Failure,
     Fairlead,
     Mooring,
     NetData,
     Sea,
-    fastest_water,
     internal_step,
+    kinds_of,
     net_line,
 )
-from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, Attachments, ends_of
-from m4e_adapters.moordyn.ready_files.checks import SEGMENTS, check, check_places
+from m4e_adapters.moordyn.ready_files.attachments import (
+    BODY,
+    COUPLED,
+    ENDS,
+    Attachments,
+    Place,
+    end_name,
+    ends_of,
+)
+from m4e_adapters.moordyn.ready_files.checks import ELSEWHERE, SEGMENTS, check, check_places
+from m4e_adapters.moordyn.ready_files.named_files import SYROPE, NamedFiles, Slopes
 from m4e_adapters.moordyn.ready_files.read_file import (
     TABLES,
     ReadFile,
     Row,
     has_force,
-    option_name,
+    number,
 )
 from m4e_adapters.moordyn.stability import (
     SCHEMES,
-    SPEED,
+    STRAIN,
     Segment,
     clear_of_seabed,
     damping_of_ratio,
@@ -42,8 +56,11 @@ from m4e_fmi.errors import InputError
 SEABED = {"kbot": 3.0e6, "cbot": 3.0e5}  # MoorDyn's own, Pa/m and Pa·s/m
 WATER = {"rho": 1025.0, "g": 9.80665}  # MoorDyn's own
 FRICTION_DAMPING = 200.0  # MoorDyn's own FricDamp
-REPLACED = {"cfl", "writeunits", "dtout", "fileic", "wavekin"}
+GIVEN = {"depth": "wtrdpth", "density": "rho", "gravity": "g"}  # by `water` of a component
+REPLACED = {"cfl", "writeunits", "dtout", "fileic", *ELSEWHERE}
 """Options that have no effect or are answered otherwise."""
+FREE_STEP = 0.01  # [s] internal step of bodies and rods without lines
+LIFT = 10  # word of a line type: its lift coefficient
 
 
 def ready_mooring(
@@ -51,32 +68,47 @@ def ready_mooring(
     *,
     fairleads: Mapping[str, tuple[float, ...] | None],
     sea: Callable[[float, float], Sea | None] = lambda *_: None,
+    water: Mapping[str, float] = MappingProxyType({}),
 ) -> Mooring:
-    """The mooring of a MoorDyn file; its moved points are the fairleads, in file order.
+    """The mooring of a MoorDyn file; what it moves from outside has fairleads, in MoorDyn's order.
 
-    `sea` gives the water's motion for its depth [m] and gravity [m/s2].
+    `sea` gives the water's motion for its depth [m] and gravity [m/s2]. `water` may give depth [m],
+    density [kg/m³] and gravity that the file leaves out.
 
-    Moved are coupled points and the points of coupled bodies. `fairleads` names them and may give
-    their start (x, z) or (x, y, z) [m]; empty: fairlead_1, fairlead_2, …
+    Moved are coupled points and those of coupled bodies, both ends of coupled rods and of rods on
+    coupled bodies, and the point where a coupled body or rod is pinned; pinned bodies come first,
+    then rods, then points. `fairleads` names them and may give their start (x, z) or (x, y, z) [m];
+    empty: fairlead_1, fairlead_2, …, of rods fairlead_1_a and fairlead_1_b.
     Lines are line_1, line_2, … InputError with every problem.
     """
-    file = ReadFile(Path(path))
-    check(file)
+    file = ReadFile(Path(path), {GIVEN[key]: value for key, value in water.items()})
+    named = NamedFiles(file)
+    check(file, named)
     InputError.raise_for(file.problems)
     attached = Attachments(file)
     attached.check()
     check_places(file, {row.words[0]: attached.place(row) for row in file.rows("points")})
-    points = _fairleads(file, attached, fairleads)
+    moved = list(attached.coupled())
+    points = _fairleads(file, moved, fairleads)
+    failures = tuple(_failure(file, row) for row in file.rows("failure"))
+    inert = len(moved) > sum(row in file.rows("points") for row, _ in moved)
+    if failures and inert:
+        remedy = "let points of the body hold the lines"
+        file.wrong(file.rows("failure")[0], "lines of coupled rods and pins do not fail", remedy)
     InputError.raise_for(file.problems)
-    moved = sea(file.depth, file.option("g", WATER["g"]))
-    segments = _segments(file, attached, speed=SPEED + (moved.speed if moved else 0.0))
+    around = sea(file.depth, file.option("g", WATER["g"]))
+    segments = _segments(file, attached, named)
     moving = _with_moving_nodes(file, attached, segments)
-    scheme, step, notes = _integration(file, moving)
-    notes = (*notes, *_notes(file, simple=attached.simple(), still=moved is None))
+    scheme, step = _integration(file, moving)
+    _note(file, around)
     InputError.raise_for(file.problems)
-    net = _net(file, attached, segments) if attached.simple() else None
+    ropes = [word for row in file.rows("line types") for word in row.words[3:6]]
+    sloped = "seafloorfile" in file.options
+    level = file.option("currents", 0.0) == 0 and not sloped
+    plain = level and bool(segments) and attached.simple() and all(map(number, ropes))
+    net = _net(file, attached, segments) if plain else None
     integration = [(repr(step), "dtM"), (scheme, "tScheme")]
-    if moved:
+    if around:
         integration.append(MOVING_WATER)
     return Mooring(
         text=_text(file, attached, integration, known=bool(net)),
@@ -86,49 +118,74 @@ def ready_mooring(
         net=net,
         at_rest=file.option("tmaxic", 1.0) > 0,
         bed=-file.depth,
+        drawn=_fairleads(file, moved, dict.fromkeys(fairleads)),
+        notes=tuple(file.notes),
+        sea=around,
         scheme=scheme,
-        drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
-        notes=notes,
-        sea=moved,
-        fastest=fastest_water(moving, scheme=scheme, step=step),
+        kinds=kinds_of(segments, moving, bed=0.0 if sloped else -file.depth),
+        files=named.contents,
+        ends=tuple(len(places) for _, places in moved),
+        axes=tuple(_axis(places) for _, places in moved),
+        inert=inert,
+        moving=file.option("wavekin", 0.0) > 1 or file.option("currents", 0.0) > 0,
+        failures=failures,
+        no_way_back=_no_way_back(file),
     )
 
 
 def _fairleads(
-    file: ReadFile, attached: Attachments, given: Mapping[str, tuple[float, ...] | None]
+    file: ReadFile,
+    moved: list[tuple[Row, tuple[Place, ...]]],
+    given: Mapping[str, tuple[float, ...] | None],
 ) -> tuple[Fairlead, ...]:
-    """The moved points, under the names of `given` if there are any."""
-    rows = [row for row in file.rows("points") if attached.moved(row)]
-    names = list(given) or [f"fairlead_{k + 1}" for k in range(len(rows))]
-    if not rows:
-        remedy = "give the points that a body moves the type 'Coupled'"
-        file.wrong(None, "there is no coupled point, nor one on a coupled body", remedy)
-    elif len(names) != len(rows):
-        message = f"{len(rows)} coupled points, but {len(names)} names in 'fairleads'"
-        file.wrong(rows[0], message, "name each coupled point, in the order of the file")
-    if file.problems:
+    """The fairleads of what is `moved`, under the names of `given` if there are any."""
+    known = [
+        (f"fairlead_{k + 1}{end}", place)
+        for k, (_, places) in enumerate(moved)
+        for end, place in zip(("_a", "_b") if len(places) > 1 else ("",), places, strict=True)
+    ]
+    names = list(given) or [name for name, _ in known]
+    if len(names) != len(known):
+        message = f"{len(known)} coupled points and ends of rods, but {len(names)} names in"
+        remedy = "name each of them, in the order of MoorDyn: bodies, ends of rods, points"
+        file.wrong(moved[0][0] if moved else None, f"{message} 'fairleads'", remedy)
         return ()
     found = []
-    for name, row in zip(names, rows, strict=True):
-        x, y, z = attached.place(row)
+    for name, (_, (x, y, z)) in zip(names, known, strict=True):
         place = given.get(name) or (x, y, z)
         found.append(Fairlead(name, place[0], place[1] if len(place) == 3 else y, place[-1]))
     return tuple(found)
 
 
-def _integration(
-    file: ReadFile, segments: dict[str, Segment]
-) -> tuple[str, float, tuple[str, ...]]:
-    """Scheme and internal step [s], and what of them is not as the file says.
+def _axis(places: tuple[Place, ...]) -> Place:
+    """The direction from end A of a coupled rod to its end B; 0 of what has one fairlead."""
+    x, y, z = np.subtract(places[-1], places[0]) / (math.dist(places[-1], places[0]) or 1.0)
+    return float(x), float(y), float(z)
 
-    dtM goes before CFL, as in MoorDyn; a dtM that is unstable is a problem. A step by CFL, or for a
-    scheme without a stability bound here, is shortened where it is too long.
+
+def _failure(file: ReadFile, row: Row) -> Failure:
+    """A failure, of which a time or tension of 0 is never; unknown lines are problems."""
+    _, point, names, time, tension = (*row.words[:5], *["0"] * (5 - len(row.words)))
+    ends: list[tuple[int, int]] = []
+    lines = {line.words[0]: (k, ends_of(line)) for k, line in enumerate(file.rows("lines"))}
+    for name in names.split(","):
+        k, at = lines.get(name, (0, []))
+        ends += [(k, end) for end, where in enumerate(at) if where == end_name(point)]
+        if end_name(point) not in at:
+            file.wrong(row, f"line {name} does not end at {point}", "name one that does")
+    return Failure(tuple(ends), float(time) or None, float(tension) or None)
+
+
+def _integration(file: ReadFile, segments: dict[str, Segment]) -> tuple[str, float]:
+    """Scheme and internal step [s]; what of them is not as the file says is noted.
+
+    dtM goes before CFL, as in MoorDyn. A step that is not stable is shortened.
     """
     row = file.options.get("tscheme")
     asked = row.words[0].upper() if row else "RK2"
     scheme = asked if asked in SCHEMES else "RK4"
-    changed = f"the time scheme {asked.lower()} of the file is replaced by {scheme}"
-    notes = () if scheme == asked else (changed,)
+    if scheme != asked:
+        file.notes.append(f"the time scheme {asked.lower()} of the file is replaced by {scheme}")
     step, wanted = file.options.get("dtm"), file.option("dtm", 0.0) or None
     if wanted is None and "cfl" in file.options and segments:
         step = file.options["cfl"]
@@ -137,50 +194,70 @@ def _integration(
             for s in segments.values()
         )
     try:
-        chosen = internal_step(segments, scheme=scheme, wanted=None)
-        if wanted is not None and ((not notes and "dtm" in file.options) or wanted <= chosen):
-            chosen = internal_step(segments, scheme=scheme, wanted=wanted)
+        longest = internal_step(segments, scheme=scheme, wanted=None)
     except InputError as error:
         for problem in error.problems:
             file.wrong(step, problem.message, problem.remedy)
-        return scheme, 0.0, ()
-    if step is not None and wanted is not None and chosen < wanted:
-        name = " ".join(step.words[:2])
-        notes = (*notes, f"{name} of the file would be {wanted:.3g} s: steps are of {chosen:.3g} s")
-    return scheme, chosen, notes
+        return scheme, 0.0
+    if wanted is None:
+        return scheme, longest if segments else FREE_STEP
+    with suppress(InputError):
+        return scheme, internal_step(segments, scheme=scheme, wanted=wanted)
+    name = " ".join(step.words[:2]) if step else ""
+    file.notes.append(f"{name} of the file would be {wanted:.3g} s: steps are of {longest:.3g} s")
+    return scheme, longest
 
 
-def _notes(file: ReadFile, *, simple: bool, still: bool) -> list[str]:
-    notes = []
-    if still and file.option("wavekin", 0.0) == 1:
-        notes.append(
+def _no_way_back(file: ReadFile) -> str:
+    """Why MoorDyn cannot go back in time: what of its state it does not save."""
+    types = [row.words for row in file.rows("line types")]
+    lost = {
+        "the largest tensions of ropes of the Syrope model": any(
+            words[3].startswith(SYROPE) for words in types
+        ),
+        "the oscillation of lines with a lift coefficient Cl": any(
+            float(word) != 0 for words in types for word in words[LIFT : LIFT + 1]
+        ),
+    }
+    return next((f"MoorDyn does not save {name}" for name, there in lost.items() if there), "")
+
+
+def _note(file: ReadFile, around: Sea | None) -> None:
+    """Note what is not as the file says, or needs to be known."""
+    waves, currents = (file.option(key, 0.0) for key in ("wavekin", "currents"))
+    if around and (waves > 1 or currents):
+        row = file.options["wavekin" if waves > 1 else "currents"]
+        message = f"{row.words[1]} {row.words[0]}, but the component moves the water as well"
+        file.wrong(row, message, "leave out `waves` and `current` of the component, or set it to 0")
+    if waves == 1 and not around:
+        file.notes.append(
             "WaveKin 1 of the file: nothing gives water kinematics, lines are in still water: "
             "the section `waves` of the component moves it"
         )
+    if waves > 1 or currents > 1:
+        file.notes.append("waves and currents of the file begin with the run, at any start time")
     row = file.options.get("fileic")
-    if row and row.words[0] != "0" and not simple:
-        message = f"{row.words[1]} {row.words[0]}: initial conditions from files are not supported"
-        remedy = f"set {row.words[1]} to 0; without rods and free bodies it would not be needed"
-        file.wrong(row, message, remedy)
-    elif row and row.words[0] != "0":
-        notes.append(
+    if row and row.words[0] != "0":
+        file.notes.append(
             f"the initial state {row.words[0]} of the file is not used: lines start at rest"
         )
-    return notes
 
 
-def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[str, Segment]:
-    """A segment of every line, at most at `speed` [m/s] in the water."""
+def _segments(file: ReadFile, attached: Attachments, named: NamedFiles) -> dict[str, Segment]:
+    """A segment of every line."""
     types = {row.words[0]: row.words for row in file.rows("line types")}
     held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
     friction = file.option("frictioncoefficient", 0.0) * file.option("fricdamp", FRICTION_DAMPING)
     found = {}
     for k, row in enumerate(file.rows("lines")):
         ends, length, count = ends_of(row), float(row.words[4]), int(float(row.words[5]))
-        d, m, ea, ba, ei, cd, ca, cdax, caax = (float(w) for w in types[row.words[1]][1:10])
+        words = types[row.words[1]]
+        d, m, cd, ca, cdax, caax = (float(words[k]) for k in (1, 2, 6, 7, 8, 9))
+        ea, least, ba, rate = _rope(words, named)
         piece = length / count
         anchors = [held[end] for end in ends if end in held]
-        clear = clear_of_seabed(anchors, length=length, depth=file.depth)
+        depth = 0.0 if "seafloorfile" in file.options else file.depth
+        clear = clear_of_seabed(anchors, length=length, depth=depth)
         ratio = damping_of_ratio(-ba, length=piece, mass_per_length=m, axial=ea)
         found[f"line_{k + 1}"] = Segment(
             length=piece,
@@ -188,7 +265,7 @@ def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[st
             mass_per_length=m,
             axial_stiffness=ea,
             damping=ba if ba >= 0 else ratio,
-            bending_stiffness=ei,
+            bending_stiffness=_slopes(words[5], named)[0],
             seabed_stiffness=0.0 if clear else file.option("kbot", SEABED["kbot"]),
             seabed_damping=0.0 if clear else file.option("cbot", SEABED["cbot"]),
             water_density=file.option("rho", WATER["rho"]),
@@ -196,10 +273,34 @@ def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[st
             added_mass_coefficient=ca,
             axial_drag_coefficient=cdax,
             axial_added_mass_coefficient=caax,
-            friction=friction,
-            speed=speed,
+            friction=friction + rate * m * piece,
+            least_stiffness=least,
         )
     return found
+
+
+def _rope(words: tuple[str, ...], named: NamedFiles) -> tuple[float, float, float, float]:
+    """Largest and least stiffness [N] of a line type, its damping [N·s] and own decay rate [1/s].
+
+    A viscoelastic rope has two elements in line, each a spring and damper beside each other. In
+    fast motion both dampers are in line, and the stiffness is the dynamic one. The stretch of the
+    slow element decays as both springs over both dampers (Line.cpp, `getStateDeriv`).
+    """
+    (slow, *fast), (damper, *second) = words[3].split("|"), words[4].split("|")
+    (ea, least, largest), ba = _slopes(slow, named), float(damper)
+    if not fast:
+        return ea, least, ba, 0.0
+    dynamic = float(fast[0])
+    if len(fast) > 1:  # grows with the tension
+        dynamic += float(fast[1]) * (largest or ea * STRAIN)
+    both = ba + float((second or ["0"])[0])
+    rate = (dynamic + ea * dynamic / max(abs(dynamic - ea), 1e-9 * ea)) / both if both else math.inf
+    return max(ea, dynamic), least, ba * (both - ba) / both if both else 0.0, rate
+
+
+def _slopes(word: str, named: NamedFiles) -> Slopes:
+    """The slopes of a number or a curve of a line type."""
+    return named.curves.get(word.removeprefix(SYROPE)) or (float(word), float(word), 0.0)
 
 
 def _with_moving_nodes(
@@ -264,7 +365,11 @@ def _text(
             lines += [header(section.upper()), "-", "-", *rows]
     ours = [*QUIET, *(RELAXATION if known else ()), *integration]
     replaced = REPLACED | {name.lower() for _, name in ours}
-    kept = [r.words[:2] for r in file.rows("options") if option_name(r) not in replaced]
+    if file.option("wavekin", 0.0) <= 1:
+        replaced.add("wavekin")
+    if "fileic" in file.options:  # without it the dynamic method may begin too far off
+        replaced.add("icgendynamic")
+    kept = [(row.words[0], key) for key, row in file.options.items() if key not in replaced]
     lines += [header("OPTIONS"), *(f"{value} {key}" for value, key in (*ours, *kept))]
     return "\n".join([*lines, header("OUTPUTS"), header("END"), ""])
 
@@ -278,4 +383,7 @@ def _row(section: str, row: Row, attached: Attachments) -> str:
         words[k:] = [str(int(float(words[k]))), "-"]
     if section == "points" and BODY.fullmatch(words[1].upper()) and attached.moved(row):
         words[1:5] = ["Coupled", *map(repr, attached.place(row))]
+    if section == "rods" and BODY.fullmatch(words[2].upper()) and attached.moved(row, 2):
+        words[2] = "CoupledPinned" if attached.hinged(row) else "Coupled"
+        words[ENDS] = [repr(c) for place in attached.rod_ends(row) for c in place]
     return " ".join(words)

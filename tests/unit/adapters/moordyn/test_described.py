@@ -65,6 +65,14 @@ def test_drag_of_a_free_point_shortens_the_internal_step() -> None:
     assert mooring_of(HANGING).time_step > made.time_step
 
 
+def test_a_segment_between_free_points_bounds_the_internal_step() -> None:
+    """The whole of a line of one segment moves if a point at its end does."""
+    anchored = HANGING.replace("segments: 8", "segments: 1").replace("segments: 6", "segments: 1")
+    made = mooring_of(anchored)
+    omega = 2 / 30 * np.sqrt(1e8 / 4)  # of the shortest line
+    assert made.time_step < 2 / omega
+
+
 def test_friction_is_that_of_moordyn() -> None:
     made = mooring_of(HANGING + "seabed: {friction: 0.6, friction_damping: 300}\n")
     assert {"0.6 FrictionCoefficient", "300.0 FricDamp"} < set(made.text.splitlines())

@@ -11,9 +11,10 @@ import moordyn
 import pytest
 from support.lines_in_waves import lines_of, mooring_of
 
-from m4e_adapters.moordyn import Mooring, MooringConfig, mooring, ready_mooring
+from m4e_adapters.moordyn import Failure, Mooring, MooringConfig, mooring, ready_mooring
 from m4e_adapters.moordyn.ready_files.read_file import Row
 from m4e_adapters.moordyn.ready_files.read_file import tables as read_tables
+from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmus import mooring as mooring_kind
 
@@ -87,8 +88,8 @@ def test_a_ready_file_runs_as_it_is_and_keeps_what_is_not_ours() -> None:
     before, after = tables(CASE1.read_text()), tables(made.text)
     for kind in ("line types", "points"):
         assert [r.words for r in after[kind]] == [r.words for r in before[kind]]
-    kept = {r.words[:2] for r in after["options"]}
-    assert {("300", "WtrDpth"), ("3.0e6", "kbot"), ("50.0", "TmaxIC"), ("0", "writeLog")} <= kept
+    kept = {(r.words[0], r.words[1].lower()) for r in after["options"]}
+    assert {("300", "wtrdpth"), ("3.0e6", "kbot"), ("50.0", "tmaxic"), ("0", "writelog")} <= kept
     assert after["outputs"] == ()
     assert after["lines"][0].words == (*before["lines"][0].words[:6], "-")
     # shorter, for the time of the test only: 4 instead of 40 segments of a suspended line
@@ -157,3 +158,110 @@ def test_points_of_a_coupled_body_are_fairleads_where_moordyn_has_them(
     capfd.readouterr()
     for fairlead, place in zip(made.fairleads, there, strict=True):
         assert (fairlead.x, fairlead.y, fairlead.z) == pytest.approx(place, abs=1e-9)
+
+
+OF_OPENFAST = """\
+--- LINE TYPES ---
+name d m EA BA EI Cd Ca CdAx CaAx (m³)
+-
+rope 0.1 20 2e7 -0.8 0 1.2 1 0.1 0
+--- ROD TYPES ---
+-
+-
+can 2.5 900 0.6 1.1 1.3 1.4
+--- BODIES ---
+-
+-
+1 Coupled 0 0 -4 0 0 90 1e5 0 0 0 0 0
+--- RODS ---
+-
+-
+1 can Body1 1 0 0 1 2 0 2 -
+--- POINTS ---
+-
+-
+1 Fixed -60 0 -40 0 0 0 0
+2 Body1 1 0 0 3 0 0 0
+3 Free -30 0 -30 0 0 0 0
+--- LINES ---
+-
+-
+1 rope 1 3 35 4 -
+2 rope 3 2 40 4 -
+--- FAILURE ---
+-
+-
+1 Point3 1,2 0 5e4
+2 3 2 7 0
+--- OPTIONS ---
+0 outSwitch
+"w.dat" WaterKin
+0.3 MU_KT
+0.3 MU_KA
+60 CV
+9.81 g
+"""
+
+
+def test_a_file_of_openfast_gets_its_water_and_says_what_has_no_effect(tmp_path: Path) -> None:
+    path = tmp_path / "moordyn.dat"
+    path.write_bytes(
+        OF_OPENFAST.replace("--- FAILURE", "--- CONTROL ---\n--- FAILURE").encode("latin-1")
+    )
+    with pytest.raises(InputError, match="WtrDpth, is missing"):
+        ready_mooring(path, fairleads={})
+    with pytest.raises(InputError, match="of the component gives"):
+        ready_mooring(path, fairleads={}, water={"depth": 40.0, "gravity": 9.8})
+    with pytest.raises(InputError, match="lines of coupled rods"):
+        ready_mooring(path, fairleads={}, water={"depth": 40.0})
+
+
+def test_rods_and_failures_of_a_file_of_openfast(tmp_path: Path) -> None:
+    path = tmp_path / "moordyn.dat"
+    without = OF_OPENFAST.replace("1 can Body1", "1 can Fixed")
+    path.write_text(without)
+    made = ready_mooring(path, fairleads={}, water={"depth": 40.0, "density": 1000.0})
+    assert made.failures == (Failure(((0, 1), (1, 0)), tension=5e4), Failure(((1, 0),), time=7.0))
+    given = options(made)
+    assert {key: given[key] for key in ("wtrdpth", "rho", "frictioncoefficient", "fricdamp")} == {
+        "wtrdpth": "40.0", "rho": "1000.0", "frictioncoefficient": "0.3", "fricdamp": "60",
+    }  # fmt: skip
+    assert "FAILURE" not in made.text
+    (elsewhere,) = [note for note in made.notes if "MoorDyn-F" in note]
+    assert "outSwitch 0, WaterKin" in elsewhere
+    assert any("leaves out the mass of coupled body 1" in note for note in made.notes)
+    assert any("mass of coupled point 2 only weighs" in note for note in made.notes)
+    # the body is turned by 90° about Z
+    path.write_text(OF_OPENFAST.split("--- FAILURE")[0] + "--- OPTIONS ---\n40 WtrDpth\n")
+    made = ready_mooring(path, fairleads={})
+    names = ["fairlead_1_a", "fairlead_1_b", "fairlead_2"]
+    assert [fairlead.name for fairlead in made.fairleads] == names
+    places = [(0, 1, -4), (-2, 1, -4), (0, 1, -4)]
+    for fairlead, place in zip(made.fairleads, places, strict=True):
+        assert (fairlead.x, fairlead.y, fairlead.z) == pytest.approx(place, abs=1e-9)
+    assert (made.ends, made.inert) == ((2, 1), True)
+    assert made.axes[0] == pytest.approx((-1, 0, 0), abs=1e-9)
+
+
+def test_files_of_curves_get_names_of_their_own(tmp_path: Path) -> None:
+    """Also where two are called alike, and as MoorDyn's input."""
+    curve = "x\nx\nx\n0 0\n0.1 2e6\n0.2 5e6\n\n"
+    for folder, content in (("a", curve), ("b", curve.replace("5e6", "6e6"))):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "lines.txt").write_text(content)
+    (tmp_path / "syrope.dat").write_text("b/lines.txt OWC\nLINEAR WCType\n0.2 k1\n1 k2\n")
+    text = CASE1.read_text()
+    first = next(
+        row for row in text.splitlines() if row.startswith(tables(text)["line types"][0].words[0])
+    )
+    words = first.split()
+    more = [words[0] + "2", *words[1:3], "SYROPE:syrope.dat|1e8|1", "1e8|1e6", *words[5:]]
+    words[3] = "a/lines.txt"
+    (tmp_path / "file.txt").write_text(text.replace(first, " ".join(words) + "\n" + " ".join(more)))
+    made = ready_mooring(tmp_path / "file.txt", fairleads={})
+    assert {*made.files} == {"_lines.txt", "__lines.txt", "syrope.dat"}
+    assert made.files["syrope.dat"].startswith(b"__lines.txt OWC")
+    rows = [row.words[3] for row in tables(made.text)["line types"]]
+    assert rows == ["_lines.txt", "SYROPE:syrope.dat|1e8|1"]
+    assert made.net is None
+    assert "Syrope" in made.no_way_back

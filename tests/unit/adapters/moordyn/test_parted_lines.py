@@ -15,6 +15,7 @@ from m4e_fmi.cosim import load, run
 
 LINES = """\
 water: {density: 1025, depth: 300}
+solver: {time_step: 1.0e-3}
 line_types:
   chain: {diameter: 0.09, mass_per_length: 50, axial_stiffness: 2.0e+8, axial_damping_ratio: 1,
           drag_coefficient: 1.3, added_mass_coefficient: 1}

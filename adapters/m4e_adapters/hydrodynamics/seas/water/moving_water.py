@@ -16,21 +16,6 @@ from .kinematics import Components, Stretching, flow
 MOVED: tuple[str, ...] = ("omega", "amplitude", "phase", "direction")  # of each component
 
 
-HEIGHTS = 101  # at which the fastest current is looked for
-
-
-def water_speed(waves: Components | None, current: np.ndarray) -> float:
-    """Hardly exceeded by the water [m/s]: four standard deviations of waves, and the current.
-
-    Of the waves at still-water level; of `current` (n, 3) [m/s] the fastest.
-    """
-    steady = float(np.linalg.norm(current, axis=1).max())
-    if waves is None:
-        return steady
-    orbits = waves.omega * waves.amplitude / np.tanh(waves.wavenumber * waves.depth)
-    return 4.0 * math.sqrt(0.5 * float(np.sum(orbits**2))) + steady
-
-
 class MovingWater:
     """Waves that grow with their ramps, and a current.
 
@@ -94,12 +79,6 @@ class MovingWater:
         if self._flows:
             result[0, :, :2] = [self._outputs(0.0, z)[-2:] for z in places[:, 2].tolist()]
         return result
-
-    def speed(self) -> float:
-        """Hardly exceeded by the water above its bed [m/s], after ramps; see `water_speed`."""
-        places = np.zeros((HEIGHTS, 3))
-        places[:, 2] = np.linspace(-self._depth, 0.0, HEIGHTS)
-        return water_speed(self._waves, self.steady(places)[0])
 
     def _outputs(self, t: float, z: float) -> list[float]:
         """Ramps at `t` [s], and the current (x, y) [m/s] at the height `z` [m]."""
