@@ -36,6 +36,7 @@ PAGES_THAT_RUN = (
     "pictures",
     "analysis",
     "whole_systems",
+    "moorings",
     "statistics",
     "comparing",
     "programs",

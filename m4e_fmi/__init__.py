@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from m4e_fmi.cosim import (
         System,
         load_system,
+        mooring,
         prepare,
         run,
         save_system,
@@ -66,6 +67,7 @@ __all__ = [
     "load_system",
     "model_program",
     "modes",
+    "mooring",
     "prepare",
     "read_description",
     "run",
@@ -100,6 +102,7 @@ _MODULES = {
     "cosim": (
         "System",
         "load_system",
+        "mooring",
         "prepare",
         "run",
         "save_system",

@@ -146,12 +146,14 @@ def renewed(point: OperatingPoint) -> OperatingPoint:
 
     RunError if a law has none there, or if they do not come to an end with each other.
     """
-    parts, before = local_parts(point.program), dict[str, float]()
+    parts, before = local_parts(point.program), None
     if not parts:
         return point
     for _ in range(MOST_RENEWALS):
         inputs = _inputs(point, [part for part, _ in parts])
-        if before and all(abs(v - before[k]) <= SAME * (1.0 + abs(v)) for k, v in inputs.items()):
+        if before is not None and all(
+            abs(v - before[k]) <= SAME * (1.0 + abs(v)) for k, v in inputs.items()
+        ):
             return point
         before, found = inputs, dict[str, float]()
         for part, law in parts:

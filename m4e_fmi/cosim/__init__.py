@@ -8,6 +8,7 @@ runs it all. See docs/architecture.md.
 """
 
 from m4e_fmi.cosim.composition.compose import at_equilibrium, system_in_waves, system_program
+from m4e_fmi.cosim.composition.moorings import mooring
 from m4e_fmi.cosim.error.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.network.fmu_log import FmuMessage
 from m4e_fmi.cosim.network.network import Network
@@ -59,6 +60,7 @@ __all__ = [
     "fmu_files",
     "load",
     "load_system",
+    "mooring",
     "prepare",
     "read_parameters",
     "run",

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from m4e_fmi.fmu.export.selection import matching
     from m4e_fmi.fmu.importer.contents import fmu_contents
     from m4e_fmi.fmu.importer.reading import Description, read_description
-    from m4e_fmi.fmu.kind import FmuKind
+    from m4e_fmi.fmu.kind import FmuKind, OutputsAtRest
     from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "Group",
     "ModelDescription",
     "Options",
+    "OutputsAtRest",
     "PythonSource",
     "Report",
     "build_fmu",
@@ -62,7 +63,7 @@ _MODULES = {
     "export.selection": ("matching",),
     "importer.contents": ("fmu_contents",),
     "importer.reading": ("Description", "read_description"),
-    "kind": ("FmuKind",),
+    "kind": ("FmuKind", "OutputsAtRest"),
     "validation": ("Finding", "Group", "Report", "validate_fmu"),
 }
 # modules that build FMUs are not imported where FMUs are only read

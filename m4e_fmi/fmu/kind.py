@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,18 @@ def _same(config: object, start: object) -> tuple[object, object]:
 
 
 @dataclass(frozen=True)
+class OutputsAtRest:
+    """Outputs at rest by name, and their derivatives by input and output, in the FMU's units.
+
+    `warnings` are those of the FMU at a start there.
+    """
+
+    values: Mapping[str, float]
+    slopes: Mapping[str, Mapping[str, float]]
+    warnings: Iterable[str] = ()
+
+
+@dataclass(frozen=True)
 class FmuKind:
     """A kind of component: an entry point of the group `m4e_fmi.fmus` leads to one.
 
@@ -42,6 +54,9 @@ class FmuKind:
     progress)`` gives the program with the forces of its surroundings as inputs, and what these are
     up to the angular frequency `highest` [rad/s] (`analysis.response.WaveForces`).
     ``at_rest(config, start)`` gives both without what moves by itself; `start` are start values.
+    ``statics(config, *, folder)`` gives a function from the values of all Real inputs and
+    parameters to `OutputsAtRest`, in place of steps of an FMU until it rests; None, as the function
+    may return, where only the FMU can tell.
 
     ``problems(system, variables, links)`` are errors of the connections of a system with such a
     component, ``doubts(system, descriptions, wiring)`` warnings of what is known before the run,
@@ -51,6 +66,10 @@ class FmuKind:
     The rest is for kinds in water: ``coefficients(config, *, name, folder, progress)`` are their
     hydrodynamic data, ``config_of_file(path, *, progress, depth)`` the configuration for a file of
     these, and ``refinement(config, *, folder, progress)`` a convergence study as text and JSON.
+    ``mooring(config, *, title, folder, given, about, directions, moved)`` are mooring lines at rest
+    (`analysis.mooring_data.MooringData`) with the inputs `given`; `about` [m] is the point of their
+    stiffness, None a default, `directions` [rad] are those of offsets, `moved` names the fairleads
+    that move, none: all.
     """
 
     config: type
@@ -60,9 +79,11 @@ class FmuKind:
     scene: Function = _nothing
     response: Function = _nothing
     at_rest: Function = _same
+    statics: Function = _nothing
     problems: Callable[..., Iterable[Problem]] = _none
     doubts: Callable[..., Iterable[str]] = _none
     doubts_at_start: Callable[..., Iterable[str]] = _none
     coefficients: Function | None = None
     config_of_file: Function | None = None
     refinement: Function | None = None
+    mooring: Function | None = None

@@ -7,16 +7,12 @@ Source: Irvine, Cable Structures (1981), chapter 2, in the form of Jonkman, NREL
 import math
 
 import pytest
-from scipy.optimize import root
+from support.catenaries import WEIGHT, suspended, touching
 from support.lines_in_waves import lines_of
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.files.document import Document
-
-STIFFNESS, MASS, DIAMETER, DENSITY, GRAVITY = 1e9, 150.0, 0.1, 1025.0, 9.80665
-WEIGHT = (MASS - DENSITY * math.pi * DIAMETER**2 / 4) * GRAVITY
-RISE = 200.0
 
 TEXT = """\
 water: {{density: 1025, depth: 200}}
@@ -28,34 +24,6 @@ fairleads: {{f: [{span}, 0]}}
 lines:
   l: {{type: chain, from: a, to: f, unstretched_length: {length}, segments: {segments}}}
 """
-
-
-def suspended(span: float, length: float) -> tuple[float, float]:
-    """Horizontal and vertical pull [N] at the upper end, no part on the seabed."""
-
-    def residual(pull):
-        h, v = pull
-        low = v - WEIGHT * length
-        x = h / WEIGHT * (math.asinh(v / h) - math.asinh(low / h)) + h * length / STIFFNESS
-        z = h / WEIGHT * (math.hypot(1, v / h) - math.hypot(1, low / h))
-        z += (v * length - WEIGHT * length**2 / 2) / STIFFNESS
-        return x - span, z - RISE
-
-    h, v = root(residual, (WEIGHT * length / 2, WEIGHT * length), tol=1e-13).x
-    return h, v
-
-
-def touching(span: float, length: float) -> tuple[float, float]:
-    """Horizontal and vertical pull [N] at the upper end, the lower part on the seabed."""
-
-    def residual(pull):
-        h, v = pull
-        x = length - v / WEIGHT + h / WEIGHT * math.asinh(v / h) + h * length / STIFFNESS
-        z = h / WEIGHT * (math.hypot(1, v / h) - 1) + v * v / (2 * STIFFNESS * WEIGHT)
-        return x - span, z - RISE
-
-    h, v = root(residual, (WEIGHT * length / 2, 2 * WEIGHT * RISE), tol=1e-13).x
-    return h, v
 
 
 def computed(span: float, length: float, segments: int) -> LineSystem:

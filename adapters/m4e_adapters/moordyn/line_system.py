@@ -18,7 +18,7 @@ MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
 
 from functools import partial
 from itertools import chain
-from math import dist, hypot, inf, isfinite, sqrt
+from math import dist, hypot, inf, isfinite
 
 from .moordyn_system import MoorDynSystem, warnings_in, with_free_ends
 from .plausibility import (
@@ -28,12 +28,11 @@ from .plausibility import (
     misplaced,
     unplaced,
 )
-from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long, with_nodes
+from .rest import LATER, MORE_TIME, away_from, left_over, lying, net_at, too_long, with_nodes
 
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
-LYING = 1e-3  # [m] above the seabed, up to which a node lies on it
 START_STRAIN = 0.002  # at the start, by this: steel yields there
 
 
@@ -312,18 +311,8 @@ class LineSystem:
         return self._moordyn.along(line)
 
     def touchdown(self, line, heights):
-        """Unstretched length [m] of a line on a flat seabed, from end A on; nodes at `heights` [m].
-
-        Behind the last node that lies, the line rises as a parabola through the two next ones.
-        """
-        count, length = len(heights) - 1, self._moordyn.length(line)
-        above = [z - self._bed for z in heights]
-        free = next((k for k, z in enumerate(above) if z > LYING), count + 1)
-        if not 0 < free < count:
-            return length * (free > 0) * min(1, free / count)
-        first, second = above[free : free + 2]
-        rise = sqrt(second / first) - 1 if second > first else 0.0
-        return length / count * (free - min(1.0, 1 / rise if rise else 1.0))
+        """The part [m] of a line on a flat seabed, from end A on; nodes at `heights` [m]."""
+        return lying([z - self._bed for z in heights], self._moordyn.length(line))
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""

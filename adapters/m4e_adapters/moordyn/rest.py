@@ -6,7 +6,7 @@ tension that they settle to.
 """
 
 import struct
-from math import hypot
+from math import hypot, sqrt
 
 from .statics import COARSE, Net
 
@@ -15,6 +15,7 @@ AWAY = 0.015  # share of a line's equilibrium tension by which it may start else
 LEFT = 0.01  # share of a line's tension that may be left on a node where no equilibrium is known,
 # of lines of up to COARSE segments: those of more carry less weight
 SUNK = 0.01  # [m] below the seabed, to which its stiffness may let an end sink
+LYING = 1e-3  # [m] above the seabed, up to which a node lies on it
 LONGER = 1e-3  # share by which a line may be longer than there is room for without a word
 LATER = "start the run before the time that counts"
 MORE_TIME = (  # of a file with rods or free bodies, where TmaxIC alone changes nothing
@@ -149,3 +150,18 @@ def too_long(net, names):
                 "check its length and the positions of its ends"
             )
     return texts
+
+
+def lying(above, length):
+    """The part [m] of a line of unstretched `length` on a flat seabed, from end A on.
+
+    `above` [m] it are its nodes. Behind the last node that lies, the line rises as a parabola
+    through the two next ones.
+    """
+    count = len(above) - 1
+    free = next((k for k, z in enumerate(above) if z > LYING), count + 1)
+    if not 0 < free < count:
+        return length * (free > 0) * min(1, free / count)
+    first, second = above[free : free + 2]
+    rise = sqrt(second / first) - 1 if second > first else 0.0
+    return length / count * (free - min(1.0, 1 / rise if rise else 1.0))

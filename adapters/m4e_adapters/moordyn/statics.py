@@ -56,12 +56,15 @@ class Net:
         For each line the numbers of its nodes in `position`, from end A to end B.
     drag
         For each line the constant forces (x, y, z) [N] on its nodes; empty in still water.
+    precision
+        Largest force that may be left on a node, see `PRECISION`.
     """
 
     def __init__(self, points, lines, bed, bed_stiffness):
         self.position = [[float(x) for x in point["position"]] for point in points]
         self.loads = [point["force"] for point in points]
         self.lines, self.bed, self.bed_stiffness = lines, bed, bed_stiffness
+        self.precision = PRECISION
         self.nodes, self.drag = [], []
         for line in lines:
             a, b = line["ends"]
@@ -71,9 +74,12 @@ class Net:
                 self.position.append([x + k / count * (y - x) for x, y in ends])
             self.nodes.append([a, *range(first, len(self.position)), b])
 
-    def settle(self):
-        """Move free nodes to the equilibrium; whether it was found to `PRECISION`."""
-        coarse, known = self._coarse(), False
+    def settle(self, known=False):
+        """Move free nodes to the equilibrium; whether it was found to `precision`.
+
+        `known` says that they are near one.
+        """
+        coarse = None if known else self._coarse()
         if coarse is not None:
             known = coarse.settle()
             self._follow(coarse)
@@ -177,7 +183,7 @@ class _Part:
     def settle(self, stages):
         found = False
         for self.soft in stages:
-            found = self._stage(PRECISION if self.soft == inf else ROUGHLY)
+            found = self._stage(self.net.precision if self.soft == inf else ROUGHLY)
         return found
 
     def _rounded(self):

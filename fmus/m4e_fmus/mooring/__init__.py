@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from m4e_adapters import moordyn
 from m4e_adapters.hydrodynamics.seas.system_seas import lines_on, water_program
@@ -26,6 +27,9 @@ from m4e_fmi.report.animation.shown import End, Shown, ShownCable, ShownHull
 from m4e_fmi.report.drawing.hulls import shape_hull
 from m4e_fmus.water import kind_in_water
 from m4e_fmus.water.surroundings import is_of
+
+if TYPE_CHECKING:
+    from m4e_fmi.analysis.mooring_data import MooringData
 
 TRAVELS = (
     "line_system.py",
@@ -346,4 +350,31 @@ def _calm(
     return config.in_still_water(), {n: v for n, v in start.items() if not is_of(n, "waves")}
 
 
-KIND = kind_in_water(MooringConfig, build=_build, scene=_scene, at_rest=_calm)
+def _statics(config: MooringConfig, *, folder: Path) -> object:
+    """The outputs of lines at rest, by their inputs."""
+    from m4e_fmus.mooring.statics import statics  # of SciPy
+
+    return statics(config, folder=folder, shown=_nodes)
+
+
+def _mooring(config: MooringConfig, **asked: Any) -> MooringData:
+    """The lines at rest, for a report."""
+    from m4e_fmus.mooring.statics import mooring_data
+
+    return mooring_data(config, **asked)
+
+
+def _config_of_file(path: Path, **_: object) -> MooringConfig:
+    """The configuration for a MoorDyn file."""
+    return MooringConfig(file=path.name)
+
+
+KIND = kind_in_water(
+    MooringConfig,
+    build=_build,
+    scene=_scene,
+    at_rest=_calm,
+    statics=_statics,
+    mooring=_mooring,
+    config_of_file=_config_of_file,
+)

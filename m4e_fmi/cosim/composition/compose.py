@@ -242,6 +242,12 @@ def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> In
     return InputError([system.problem(("connections", numbers[names[0]]), message, remedy)])
 
 
+def program_at_rest(system: System, *, build_directory: str | Path, tell: Tell) -> Program:
+    """As `system_program`, with all components that are no equations settled."""
+    named = ComponentSelection(frozenset(), frozenset(), at_rest=True)
+    return _program(system, named, build_directory=build_directory, tell=tell)
+
+
 def at_equilibrium(
     system: System, *, build_directory: str | Path = "build", tell: Tell | None = None
 ) -> System:
@@ -253,8 +259,7 @@ def at_equilibrium(
     RunError as from `system_program` and `equilibrium`.
     """
     tell = tell or silent
-    named = ComponentSelection(frozenset(), frozenset(), at_rest=True)
-    program = _program(system, named, build_directory=build_directory, tell=tell)
+    program = program_at_rest(system, build_directory=build_directory, tell=tell)
     at = operating_point(program, time=system.simulation.start_time)
     rest = equilibrium(program, at=at)
     for part, law in local_parts(program):

@@ -5,8 +5,9 @@ Those that are no equations may take part as static laws: their FMUs at rest, an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,11 +24,12 @@ from m4e_fmi.cosim.preparation.prepare import available, described, hosts
 from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_of
+from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.wiring.links import Link, Port, Wiring, is_varying
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.limits import MOST_STEPS
-from m4e_fmi.fmu import Description, PythonSource, read_description
+from m4e_fmi.fmu import Description, OutputsAtRest, PythonSource, read_description
 from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.fmu.export.native_fmu import carried_program
 from m4e_fmi.fmu.importer.reading import Variable, resized
@@ -222,42 +224,70 @@ def stand_ins(
     Their FMUs are built in `build_directory` as for a run; those of others get processes of their
     own. `descriptions` are of all components. InputError and RunError as from `prepare`.
     """
-    if not settled:
-        return {}
-    small = replace(
-        system,
-        components=tuple(_at_rest(c) for c in system.components if c.name in settled),
-        connections=(),
-        inputs={},
-        outputs={},
-        scenario={},
-    )
-    fmus = ready_fmus(small, build_directory, tell=tell)
-    own = described(small, fmus)
-    apart, missing = available(small, hosts(small, own))
-    times = system.simulation
-    longest = min(LONGEST, MOST_STEPS * times.step_size)
-    for_ever = replace(times, stop_time=times.start_time + longest, output_interval=None)
-    for line in missing:
-        tell(f"warning: {line}")
     found: dict[str, tuple[Program, StaticLaw]] = {}
     rates = set(_rates(wiring, descriptions))
-    for component in small.components:
-        name, description = component.name, own[component.name]
+    for component in (_at_rest(c) for c in system.components if c.name in settled):
+        name, known = component.name, descriptions[component.name].variables
         links = _real_links(system, wiring, descriptions, name)
-        known = description.variables
         inputs = _inputs(known, links, rates)
         given = {k.source.variable for k in wiring.all_links if k.source.component == name}
         outputs = [v for n, v in known.items() if v.type == REAL and (is_varying(v) or n in given)]
-        new = Instances(component, description, for_ever, apart.get(name))
 
         def warn(line: str, name: str = name) -> None:
             tell(f"{name}: warning: {line}")
 
-        law = StaticLaw(name, AtRest(new, outputs), inputs, warn, tell)
+        law = StaticLaw(
+            name,
+            partial(_settling, system, component, outputs, build_directory, tell),
+            inputs,
+            warn,
+            tell,
+            outputs=outputs,
+            statics=_statics(system, component, descriptions[name]),
+        )
         every = [known[target] for target in links]
         found[name] = law_program(name, inputs, every, outputs), law
     return found
+
+
+def _statics(
+    system: System, component: Component, description: Description
+) -> Callable[[Mapping[str, float]], OutputsAtRest | None]:
+    """Outputs of a component at rest as its kind knows them, by values of some of its inputs."""
+    source = component.source
+    if not isinstance(source, Kind):
+        return lambda _: None
+    known = kind_of(source.name).statics(source.config, folder=system.folder)
+    if known is None:
+        return lambda _: None
+    causes, variables = ("input", "parameter"), description.variables.items()
+    reals = {n: v for n, v in variables if v.type == REAL and v.causality in causes}
+    start = {n: float(v.start or 0.0) for n, v in reals.items()}
+    start |= {n: float(v) for n, v in start_values(component, description).items() if n in reals}
+    return lambda given: known({**start, **given})
+
+
+def _settling(
+    system: System,
+    component: Component,
+    outputs: Sequence[Variable],
+    build_directory: str | Path,
+    tell: Tell,
+) -> AtRest:
+    """The `outputs` of the FMU of a component at rest."""
+    small = replace(
+        system, components=(component,), connections=(), inputs={}, outputs={}, scenario={}
+    )
+    (description,) = (
+        own := described(small, ready_fmus(small, build_directory, tell=tell))
+    ).values()
+    apart, missing = available(small, hosts(small, own))
+    for line in missing:
+        tell(f"warning: {line}")
+    times = system.simulation
+    longest = min(LONGEST, MOST_STEPS * times.step_size)
+    for_ever = replace(times, stop_time=times.start_time + longest, output_interval=None)
+    return AtRest(Instances(component, description, for_ever, apart.get(component.name)), outputs)
 
 
 def _at_rest(component: Component) -> Component:

@@ -1,12 +1,14 @@
-"""The static law of an FMU about a point: y = y0 + K (u − u0), by differences of settled states.
+"""The static law of an FMU about a point: y = y0 + K (u − u0).
 
-An FMU is settled by steps with held inputs, until nothing changes any more.
+Its kind may know it. Else the FMU is settled by steps with held inputs, until nothing changes any
+more, and K is by differences of settled states.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from m4e_fmi.cosim.network.instance import Instance
 from m4e_fmi.cosim.network.interruption import quiet, setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu import OutputsAtRest
 from m4e_fmi.fmu.importer.messages import Listener
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.program import Program, Recorder
@@ -38,6 +41,8 @@ EVEN = 0.1
 """Half the difference of the slopes to both sides, in the same way, above which there is a kink."""
 ROUGH = 0.02
 """The same, from which it is told."""
+AT_REST = "at_rest."
+"""Beginning of the names of the law's parameters."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +50,15 @@ class Rest:
     """Outputs at rest, `values` (n,) in the FMU's units, reached after `time` [s] and some `steps`.
 
     Without steps it is the start itself: nothing changed after it. With a `swing` [1], over the
-    sizes of outputs, they are the mean of an oscillation that is left.
+    sizes of outputs, they are the mean of an oscillation that is left. `exact` ones, with their
+    derivatives, are known without an FMU.
     """
 
     values: np.ndarray
     steps: int = 0
     time: float = 0.0
     swing: float = 0.0
+    exact: bool = False
 
 
 class AtRest:
@@ -164,7 +171,10 @@ class Inputs:
 
 
 class StaticLaw:
-    """The law of a component, whose FMU is settled anew wherever it is asked for; a `LocalLaw`.
+    """The law of a component, found anew wherever it is asked for; a `LocalLaw`.
+
+    `statics` gives it by the values of all inputs, and None where the FMU is to be settled, of
+    which `rest` then makes instances.
 
     Central differences with two step sizes h and 2h give K and its error. h is halved until nothing
     kinks between its ends (what rises to one side rises as much to the other: a line that falls
@@ -175,13 +185,16 @@ class StaticLaw:
     def __init__(
         self,
         name: str,
-        rest: AtRest,
+        rest: Callable[[], AtRest],
         inputs: Inputs,
         warn: Callable[[str], None],
         progress: Callable[[str], object],
+        *,
+        outputs: Sequence[Variable],
+        statics: Callable[[Mapping[str, float]], OutputsAtRest | None],
     ) -> None:
-        self._name, self._rest, self._inputs, self._warn = name, rest, inputs, warn
-        self._progress = progress
+        self._name, self._settled, self._inputs, self._warn = name, rest, inputs, warn
+        self._progress, self._outputs, self._statics = progress, outputs, statics
         self._known: dict[tuple[float, ...], Mapping[str, float]] = {}
         self._steps: dict[str, float] = {}
         self._errors: dict[str, float] = {}
@@ -194,12 +207,36 @@ class StaticLaw:
         u = {v.name: inputs[v.name] for v in (*self._inputs.moving, *self._inputs.constant)}
         key = tuple(u.values())
         if key not in self._known:
-            self._known[key] = self._measured(u)
+            self._known[key] = self._exact(u) or self._measured(u)
         return self._known[key]
+
+    @cached_property
+    def _rest(self) -> AtRest:
+        return self._settled()
+
+    def _exact(self, u: Mapping[str, float]) -> dict[str, float] | None:
+        """The parameters as the component's kind knows them; None if it does not."""
+        found, moving = self._statics({**self._inputs.rates, **u}), self._inputs.moving
+        if found is None or not (
+            found.slopes.keys() >= {v.name for v in moving}
+            and found.values.keys() >= {v.name for v in self._outputs}
+        ):
+            return None
+        if not self._known:
+            for line in found.warnings:
+                self._warn(line)
+        self.last, self.errors, self._steps = Rest(np.zeros(0), exact=True), {}, {}
+        parameters = {at_rest(v): u[v.name] for v in moving}
+        parameters |= {at_rest(v): found.values[v.name] for v in self._outputs}
+        return parameters | {
+            _slope(i, j): found.slopes[v.name].get(y.name, 0.0)
+            for i, y in enumerate(self._outputs)
+            for j, v in enumerate(moving)
+        }
 
     def _measured(self, u: Mapping[str, float]) -> dict[str, float]:
         self.last = rest = self._at(u, listener=None if self._known else self._hear)
-        moving, outputs = self._inputs.moving, self._rest.outputs
+        moving, outputs = self._inputs.moving, self._outputs
         found = {at_rest(v): u[v.name] for v in moving}
         found |= {at_rest(v): float(y) for v, y in zip(outputs, rest.values, strict=True)}
         self.errors = {}
@@ -274,6 +311,8 @@ class StaticLaw:
         """How it was found, in words."""
         rest, units = self.last, {v.name: v.unit for v in self._inputs.moving}
         how = "at rest from its start"
+        if rest.exact:
+            how = "in static equilibrium, and about that y0 + K (u - u0), K exact"
         if rest.steps:
             how = f"settled in {rest.time:g} s with its inputs held"
         if rest.swing:
@@ -297,12 +336,12 @@ class StaticLaw:
 
 def at_rest(v: Variable) -> str:
     """The name of the parameter with the value of a variable at the point of the law."""
-    return f"at_rest.{v.name}"
+    return f"{AT_REST}{v.name}"
 
 
 def _slope(row: int, column: int) -> str:
     """The name of the parameter with an entry of K."""
-    return f"at_rest.slope[{row + 1},{column + 1}]"
+    return f"{AT_REST}slope[{row + 1},{column + 1}]"
 
 
 def law_program(

@@ -111,11 +111,8 @@ def test_what_is_no_equation_takes_part_at_rest(here: Path, said: Said) -> None:
     for command in ("equilibrium", "linearize", "simulate"):
         more = ["--no-plot"] if command == "simulate" else []
         text = said(command, "line.yaml", "--settled", "line", *more)
-        assert "settled: line: at rest from its start" in text
+        assert "settled: line: in static equilibrium" in text
         assert command != "equilibrium" or "line.l.fairlead_tension" in text
-    assert (here / "build" / "with_line" / "line.fmu").is_file()
-    said("equilibrium", "line.yaml", "--settled", "line", "--build-folder", "other")
-    assert (here / "other" / "with_line" / "line.fmu").is_file()
     said("run", "line.yaml", "--start", "equilibrium")
     assert np.ptp(np.asarray(load("build/with_line.nc")["m0.joint.hinge.q"])) < 1e-6
 

@@ -17,6 +17,7 @@ from m4e_fmi.cosim import (
     run,
     system_program,
 )
+from m4e_fmi.cosim.composition import parts
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program
 
@@ -202,3 +203,65 @@ def test_angles_of_the_start_give_way(tmp_path: Path) -> None:
     found = at_equilibrium(load_system(path), build_directory=tmp_path)
     outcome = run(found, results=tmp_path / "r.nc", build_directory=tmp_path)
     assert np.ptp(np.asarray(outcome.results()["bob.body.bob.z"])) < 1e-12
+
+
+MOORED = """\
+name: moored
+components:
+  lines:
+    kind: mooring
+    water: {density: 1025, depth: 50}
+    line_types: {t: {diameter: 0.1, mass_per_length: 150, axial_stiffness: 1e8,
+      axial_damping_ratio: 1, drag_coefficient: 1.2, added_mass_coefficient: 1,
+      breaking_strength: 2e6}}
+    anchors: {west: [-300, -50], east: [300, -50]}
+    fairleads: {left: [-5, -4], right: [5, -4]}
+    lines:
+      a: {type: t, from: west, to: left, unstretched_length: 310, segments: 12}
+      b: {type: t, from: east, to: right, unstretched_length: 310, segments: 12}
+connections: []
+inputs: {left: [lines.left.x], right: [lines.right.x], down: [lines.left.z]}
+simulation: {stop_time: 1, step_size: 0.05}
+"""
+
+
+BUOY = """\
+    points: {buoy: {position: [-20, -10], mass: 500, volume: 5}}
+    fairleads:"""
+
+
+@pytest.mark.parametrize("variant", ["", "a buoy", "a winch"])
+def test_statics_of_a_kind_are_those_of_its_fmu(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variant: str
+) -> None:
+    """The FMU is settled to 1e-5 of the largest force, its differences are accurate to 1e-3."""
+    path, text = tmp_path / "system.yaml", MOORED
+    if variant == "a winch":
+        text = text.replace("segments: 12}\nconn", "segments: 12, winch: true}\nconn")
+        text = text.replace("  lines:\n    kind", "  lines:\n    start: {b.length: 309}\n    kind")
+    if variant == "a buoy":
+        text = text.replace("    fairleads:", BUOY).replace("west, to: left", "west, to: buoy")
+        more = "      c: {type: t, from: buoy, to: left, unstretched_length: 20, segments: 3}\n"
+        text = text.replace(
+            "length: 310, segments: 12}\nconn", "length: 310, segments: 12}\n" + more + "conn"
+        )
+    path.write_text(text, encoding="utf-8")
+    found, told = [], list[str]()
+    for statics in (parts._statics, lambda *_: lambda _: None):
+        monkeypatch.setattr(parts, "_statics", statics)
+        program = system_program(
+            load_system(path), settled=["lines"], build_directory=tmp_path, tell=told.append
+        )
+        found.append({v.name: v.start for v in program.parameters})
+    exact, settled = found
+    assert ["static equilibrium" in line for line in told if "note" in line] == [True, False]
+    assert exact.keys() == settled.keys()
+    assert abs(exact["lines.at_rest.left.force_x"]) > 5e3
+    groups = {"force": 1e-5, "tension": 1e-5, "node": 1e-5, "slope": 1e-3}
+    groups |= {"safety_factor": 1e-5, "touchdown": 1e-3, "uplift": 1e-3}
+    for unit, error in groups.items():
+        names = [name for name in exact if unit in name]
+        size = max(abs(exact[name]) for name in names)
+        assert [exact[n] for n in names] == pytest.approx(
+            [settled[n] for n in names], abs=error * size
+        )
