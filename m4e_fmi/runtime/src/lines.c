@@ -95,16 +95,10 @@ static void forces_at_ends(const double *a, const double *f, double *result) {
 static int call(m4e_lines *l, const double *at, const double *v, double h, double *result) {
     const size_t count = 3 * (size_t)l->fairleads; /* a rod has six coordinates and two fairleads */
     double *x = l->work, *xd = x + count, *f = xd + count, t = l->state[0];
-    size_t n = 0;
-    for (uint32_t o = 0; o < l->objects; o++) {
-        if (l->ends[o] == 1) {
-            memcpy(x + n, at + n, 3 * sizeof *x);
-            memcpy(xd + n, v + n, 3 * sizeof *x);
-        } else {
-            pose_of_rod(l->axes + 3 * o, at + n, v + n, x + n, xd + n);
-        }
-        n += 3 * l->ends[o];
-    }
+    memcpy(x, at, count * sizeof *x);
+    memcpy(xd, v, count * sizeof *x);
+    for (uint32_t o = 0, n = 0; o < l->objects; n += 3 * l->ends[o++])
+        if (l->ends[o] == 2) pose_of_rod(l->axes + 3 * o, at + n, v + n, x + n, xd + n);
     if (l->step(l->system, x, xd, f, &t, &h) != 0) return M4E_LINES_FAILED;
     for (size_t i = 0; i < count; i++)
         if (!isfinite(f[i])) return M4E_LINES_NOT_FINITE;
@@ -115,14 +109,9 @@ static int call(m4e_lines *l, const double *at, const double *v, double h, doubl
             double r[3];
             if (l->node_position(l->line[i], node, r) != 0) return M4E_LINES_NOT_FINITE;
         }
-    n = 0;
-    for (uint32_t o = 0; o < l->objects; o++) {
-        if (l->ends[o] == 1)
-            memcpy(result + n, f + n, 3 * sizeof *f);
-        else
-            forces_at_ends(at + n, f + n, result + n);
-        n += 3 * l->ends[o];
-    }
+    memcpy(result, f, count * sizeof *f);
+    for (uint32_t o = 0, n = 0; o < l->objects; n += 3 * l->ends[o++])
+        if (l->ends[o] == 2) forces_at_ends(at + n, f + n, result + n);
     return 0;
 }
 
