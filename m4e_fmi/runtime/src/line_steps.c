@@ -30,10 +30,6 @@ static const double MOST = 256;      /* times `least`: no line needs them, so va
 static double decay_limit(uint32_t order) { return order == 2 ? 2.0 : 2.785; }
 static double limit(uint32_t order) { return order == 2 ? 2.0 : 2.615; }
 
-static double dot(const double *a, const double *b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* 1 if the exponential series up to `order` does not grow for |lambda| dt = y, damped by `ratio`. */
 static int holds(double y, double ratio, uint32_t order) {
     const double x = -y * fmin(ratio, 1), z = sqrt(fmax(y * y - x * x, 0));

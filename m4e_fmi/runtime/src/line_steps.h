@@ -5,6 +5,10 @@
 
 #include "m4e.h"
 
+static inline double dot(const double *a, const double *b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 /* A kind of line, per length where a line has it everywhere; without mass: nothing in it moves. */
 typedef struct {
     double mass, across, along; /* [kg/m] in air, and with the added mass in water */

@@ -10,7 +10,7 @@
 
 /* Internal steps during which fairleads keep their velocity, at most: then the chord is as good as
    the parabola beside the errors of those steps. */
-enum { PIECE = 4, FIRST, MIDDLE, LAST };
+enum { PIECE = 4 };
 static const double LAST_PART = 1e-9; /* of a step, for the evaluation of its end */
 static const double SPARE = 1e-9;     /* of an internal step, so that rounding adds no other */
 static const uint64_t DENORMAL = (uint64_t)0xFCD << 52, SMALL_NEGATIVE = -((uint64_t)1 << 31);
@@ -44,10 +44,6 @@ static void cross(const double *a, const double *b, double *result) {
     result[0] = a[1] * b[2] - a[2] * b[1];
     result[1] = a[2] * b[0] - a[0] * b[2];
     result[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double dot(const double *a, const double *b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 /* Place, Euler angles (about x, y', z'') and their rates of a rod from those of its ends a, b. It
@@ -243,8 +239,6 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
     return l->inert ? read_ends(l) : m4e_lines_evaluate(l, mean);
 }
 
-/* MoorDyn turns numbers below 2e-308 into numbers of 1e300: an exponent below -1022 that became
-   negative has the bits of a large one. They are 0. */
 void m4e_lines_nodes(const m4e_lines *l, uint32_t line, double *rows) {
     for (uint32_t n = 0; n <= l->segments[line]; n++, rows += 4) {
         double tension[3];
@@ -253,6 +247,8 @@ void m4e_lines_nodes(const m4e_lines *l, uint32_t line, double *rows) {
     }
 }
 
+/* MoorDyn turns numbers below 2e-308 into numbers of 1e300: an exponent below -1022 that became
+   negative has the bits of a large one. They are 0. */
 void m4e_lines_clean(uint64_t *words, size_t count) {
     for (size_t i = 0; i < count; i++)
         if (words[i] >= DENORMAL && words[i] < SMALL_NEGATIVE) words[i] = 0;
