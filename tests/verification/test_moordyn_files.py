@@ -311,6 +311,11 @@ CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.verifies(
+    "twelve MoorDyn files with every keyword between them",
+    independent="MoorDyn by itself",
+    tolerance="1e-2",
+)
 @pytest.mark.parametrize("name", CASES)
 def test_a_file_runs_as_moordyn_has_it(name: str, tmp_path: Path, capfd) -> None:
     case = CASES[name]
