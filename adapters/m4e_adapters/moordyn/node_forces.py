@@ -7,67 +7,78 @@ Laws are of a segment or of a pair of them, and are differentiated by complex st
 G. Trapp, SIAM Review 40, 1998, 110-112), which are exact.
 """
 
-from functools import partial
 from math import inf
 
 import numpy as np
 
 TINY = 1e-24  # [m2] beside squares of distances, which may be zero
 STEP = 1e-30  # [m] along the imaginary axis
-VALUES = ("length", "stiffness", "bending", "weight", "buoyancy", "diameter")
 
 
 class Lines:
-    """Lines, each with nodes from end A to B of its own, one line's n nodes after the other's.
+    """Lines with nodes of the numbers `nodes`, from end A to B, one line's after the other's.
 
     Parameters
     ----------
-    lines
-        For each line what `statics.Net` takes.
-    bed, bed_stiffness
-        z [m] of the flat seabed and its stiffness [Pa/m].
+    described
+        As of `statics.Net`, of which it takes lines and seabed.
+    nodes
+        (m,) of the places that methods take, and of the forces that they give.
+    soft
+        EA is at most so many times a line's weight in water, the seabed's stiffness so many times
+        its weight per length.
+
+    Attributes
+    ----------
+    ends
+        (lines, 2): where among `nodes` the ends of lines are.
+    scales
+        (n, 3) of each node the largest EA over length of a segment there [N/m], weight of its line
+        [N], and stiffness of the segment with bending [N/m].
     """
 
-    def __init__(self, lines, nodes, bed, bed_stiffness):
+    def __init__(self, described, nodes, soft=inf):
+        lines = described["lines"]
         count = np.array([line["segments"] for line in lines])
         last = np.cumsum(count + 1) - 1
-        first = np.delete(np.arange(last[-1] + 1), last)
-        self.segments = nodes[first[:, None] + np.arange(2)]
+        first, self.ends = np.delete(np.arange(len(nodes)), last), np.stack([last - count, last], 1)
         length, stiffness, bending, weight, buoyancy, self.diameter = (
-            np.repeat([line[key] for line in lines], count).astype(float) for key in VALUES
+            np.repeat([line[key] for line in lines], count).astype(float)
+            for key in ("length", "stiffness", "bending", "weight", "buoyancy", "diameter")
         )
-        self.unstretched = length / np.repeat(count, count)
-        self.half_weight, self.half_buoyancy = (
-            load * self.unstretched / 2 for load in (weight, buoyancy)
+        self.size, self.level = length / np.repeat(count, count), described["bed"]
+        heavy = np.maximum(abs(weight - buoyancy), 1e-3 * weight)
+        bed = np.minimum(described["bed_stiffness"] * self.diameter, soft * heavy / length)
+        self.half_weight, self.half_buoyancy, self.half_bed = (
+            per_length * self.size / 2 for per_length in (weight, buoyancy, bed)
         )
-        self.heavy = np.maximum(abs(weight - buoyancy), 1e-3 * weight)
-        self.length, self.stiffness = length, stiffness
-        self.stiffest = (stiffness / self.unstretched + bending / self.unstretched**3).max()
+        self.spring = np.minimum(stiffness, soft * heavy * length) / self.size
+        bent = (bending > 0.0) & ~np.isin(first, self.ends)
+        self.bending = bending[bent]
+        self.segments, pairs = (
+            nodes[k[:, None] + around]
+            for k, around in ((first, np.arange(2)), (first[bent], np.arange(-1, 2)))
+        )
+        self._laws = [(self.segments, self._stretched), (pairs, self._bent)][: 1 + bent.any()]
+        self.scales = np.zeros((nodes.max() + 1, 3))
+        scales = [self.spring, weight * length, self.spring + bending / self.size**3]
+        np.maximum.at(self.scales, self.segments, np.transpose(scales)[:, None])
         self.drags = [
             np.repeat([line.get(key, 0.0) for line in lines], count + 1)
             for key in ("drag", "axial_drag")
         ]
-        self.bed, self.bed_stiffness = bed, bed_stiffness * self.diameter
-        bent = (bending > 0.0) & ~np.isin(first, last - count)
-        self.pairs, self.bending = nodes[first[bent][:, None] + np.arange(-1, 2)], bending[bent]
 
-    def forces(self, places, soft=inf):
-        """Forces (n, 3) [N] on nodes at `places` (n, 3) [m], and the largest of a segment.
+    def forces(self, places):
+        """Forces (n, 3) [N] on nodes at `places` (n, 3) [m]."""
+        force = np.zeros(places.shape)
+        for nodes, law in self._laws:
+            np.add.at(force, nodes, law(places[nodes]))
+        return force
 
-        EA is at most `soft` times a line's weight in water, and the seabed's stiffness `soft` times
-        weight per length.
-        """
-        force, largest = np.zeros(places.shape), []
-        for nodes, law in self._laws(soft):
-            found = law(places[nodes])
-            np.add.at(force, nodes, found)
-            largest.append(abs(found).max(initial=0.0))
-        return force, largest[0]
-
-    def slopes(self, places, soft=inf):
+    def slopes(self, places):
         """Derivatives [N/m] of `forces`: values, and the coordinates of forces and of places."""
         entries = []
-        for nodes, law in self._laws(soft):
+        for nodes, law in self._laws:
             size = 3 * nodes.shape[1]
             steps = 1j * STEP * np.eye(size).reshape(size, 1, -1, 3)
             values = law(places[nodes] + steps).imag.reshape(size, -1, size) / STEP
@@ -81,34 +92,27 @@ class Lines:
         Of lines with ``drag`` across and ``axial_drag`` along them [N s2/m3], per length and
         square of the speed.
         """
-        wet = submerged(places[self.segments], self.diameter / 2) * self.unstretched / 2
+        wet = submerged(places[self.segments], self.diameter / 2) * self.size / 2
         size, way = np.zeros(len(places)), np.zeros(places.shape)
-        for k in (0, 1):
-            np.add.at(size, self.segments[:, k], wet)
-            np.add.at(way, self.segments[:, k], np.diff(places[self.segments], axis=1)[:, 0])
+        np.add.at(size, self.segments, wet[:, None])
+        np.add.at(way, self.segments, np.diff(places[self.segments], axis=1))
         q = way / _size(way)[:, None]
         along = (speeds * q).sum(axis=1)[:, None] * q
         across = speeds - along
         first, second = (c * _size(v) for c, v in zip(self.drags, (across, along), strict=True))
         return size[:, None] * (first[:, None] * across + second[:, None] * along)
 
-    def _laws(self, soft):
-        """Nodes (elements, k) of elements, and their law: places (..., k, 3) to forces."""
-        spring = np.minimum(self.stiffness, soft * self.heavy * self.length) / self.unstretched
-        bed = np.minimum(self.bed_stiffness, soft * self.heavy / self.length) * self.unstretched / 2
-        yield self.segments, partial(self._stretched, spring=spring, bed=bed[:, None])
-        if len(self.pairs):
-            yield self.pairs, self._bent
-
-    def _stretched(self, at, *, spring, bed):
+    def _stretched(self, at):
+        """Forces of the tension, weight, buoyancy and seabed of segments."""
         way = at[..., 1, :] - at[..., 0, :]
         length = _size(way)
-        stretch = np.where(length.real > self.unstretched, length - self.unstretched, 0.0)
-        pull = (spring * stretch / length)[..., None] * way
+        stretch = np.where(length.real > self.size, length - self.size, 0.0)
+        pull = (self.spring * stretch / length)[..., None] * way
         force = np.stack([pull, -pull], axis=-2)
         lift = self.half_buoyancy * submerged(at, self.diameter / 2) - self.half_weight
-        depth = self.bed - at[..., 2]
-        force[..., 2] += lift[..., None] + bed * np.where(depth.real > 0.0, depth, 0.0)
+        depth = self.level - at[..., 2]
+        rest = self.half_bed[:, None] * np.where(depth.real > 0.0, depth, 0.0)
+        force[..., 2] += lift[..., None] + rest
         return force
 
     def _bent(self, at):
@@ -116,10 +120,10 @@ class Lines:
         way = np.diff(at, axis=-2)
         length = _size(way)[..., None]
         way = way / length
-        cosine = (way[..., 0, :] * way[..., 1, :]).sum(axis=-1)[..., None]
-        moment = self.bending[:, None] * 4 / length.sum(axis=-2) / np.sqrt(2 + 2 * cosine + TINY)
-        first = moment / length[..., 0, :] * (cosine * way[..., 0, :] - way[..., 1, :])
-        last = moment / length[..., 1, :] * (way[..., 0, :] - cosine * way[..., 1, :])
+        cosine = np.prod(way, axis=-2).sum(axis=-1)[..., None, None]
+        moment = self.bending[:, None, None] * 4 / length.sum(axis=-2, keepdims=True)
+        pull = moment / np.sqrt(2 + 2 * cosine + TINY) / length * (cosine * way - way[..., ::-1, :])
+        first, last = pull[..., 0, :], -pull[..., 1, :]
         return np.stack([first, -first - last, last], axis=-2)
 
 

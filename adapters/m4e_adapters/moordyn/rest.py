@@ -1,6 +1,6 @@
 """Lines at rest: their equilibrium put into a MoorDyn system, and warnings where there is none.
 
-Travels inside the FMU: imports numpy and `statics` only. MoorDyn 2.7.2's own solver
+Travels inside the FMU: imports numpy only. MoorDyn 2.7.2's own solver
 stops when its error changes little, wherever that is, and leaves some lines at a fifth of the
 tension that they settle to.
 """
@@ -9,12 +9,11 @@ from math import hypot, sqrt
 
 import numpy as np
 
-from .statics import COARSE
-
 HEADER = 9  # bytes of a state file before its length: "MoorDyn" and two of its version
 AWAY = 0.015  # share of a line's equilibrium tension by which it may start elsewhere without a word
 LEFT = 0.01  # share of a line's tension that may be left on a node where no equilibrium is known,
 # of lines of up to COARSE segments: those of more carry less weight
+COARSE = 20
 SUNK = 0.01  # [m] below the seabed, to which its stiffness may let an end sink
 LYING = 1e-3  # [m] above the seabed, up to which a node lies on it
 LONGER = 1e-3  # share by which a line may be longer than there is room for without a word
@@ -71,20 +70,16 @@ def away_from(net, names, tensions, remedy):
     `tensions` are (of end A, of end B) [N] of each line.
     """
     texts = []
-    for name, now, ends in zip(names, tensions, net.end_forces(), strict=True):
-        rest = [hypot(*force) for force in ends]
-        far, where = max(zip(map(_distance, now, rest), ("anchor", "fairlead"), strict=True))
-        if far > AWAY * max(rest):
-            k = ("anchor", "fairlead").index(where)
+    known = np.linalg.norm(net.end_forces(), axis=2)
+    for name, now, rest in zip(names, np.array(tensions), known, strict=True):
+        k = np.argmax(abs(now - rest))
+        if abs(now - rest)[k] > AWAY * max(rest):
             texts.append(
-                f"{name} does not start at rest: it pulls {now[k]:.4g} N at its {where}, "
-                f"{rest[k]:.4g} N in its static equilibrium, and moves at first: {remedy}"
+                f"{name} does not start at rest: it pulls {now[k]:.4g} N at its "
+                f"{('anchor', 'fairlead')[k]}, {rest[k]:.4g} N in its static equilibrium, and "
+                f"moves at first: {remedy}"
             )
     return texts
-
-
-def _distance(a, b):
-    return abs(a - b)
 
 
 def left_over(names, forces, tensions, segments, remedy):

@@ -15,8 +15,6 @@ from scipy.sparse import csr_array
 from m4e_adapters.moordyn.mooring import NetData
 from m4e_adapters.moordyn.statics import Net, factored
 
-PRECISION = 1e-10
-"""Of the forces on nodes, over the largest tension."""
 SHIFT = 1e-12
 """Of the diagonal, over its largest entry: slack pieces have no stiffness."""
 
@@ -50,7 +48,6 @@ class LinesAtRest:
         """The lines in equilibrium with fairleads at `places` (f, 3) [m]; None: not found."""
         for last in dict.fromkeys((self._last, None)):
             net = self._last = Net(self._described, places)
-            net.precision = PRECISION
             if last is not None:
                 net.position[net.free] = last.position[net.free]
             if net.settle(known=last is not None):
@@ -63,21 +60,22 @@ class LinesAtRest:
         if (net := self.net_with(places)) is None:
             return None
         points, size = self._described["fairleads"], places.size
-        values, *where = net.whole.slopes(net.position[net.each])
-        coordinates = np.arange(net.position.size).reshape(-1, 3)
-        rows, columns = coordinates[net.each].ravel()[np.array(where)]
-        shape = 3 * len(net.each), net.position.size
-        slopes = csr_array((values, (where[0], columns)), shape=shape)  # on nodes of each line
+        values, rows, columns = net.whole.slopes(net.position[net.each])
+        to = np.arange(net.position.size).reshape(-1, 3)[net.each].ravel()
+        shape = len(to), net.position.size
+        slopes = csr_array((values, (rows, to[columns])), shape=shape)  # on nodes of each line
         moves = np.zeros((*net.position.shape, size))
         moves[points] = np.eye(size).reshape(-1, 3, size)
+
+        def changes() -> np.ndarray:
+            return (slopes @ moves.reshape(-1, size)).reshape(-1, 3, size)
+
         if net.free.any():
-            force = np.zeros(moves.shape)
-            np.add.at(force, net.each, (slopes @ moves.reshape(-1, size)).reshape(-1, 3, size))
-            factors = factored((values, rows, columns), net.free, SHIFT)
-            solved = factors.solve(force[net.free].reshape(-1, size))
-            moves[net.free] = solved.reshape(-1, 3, size)
-        ends = net.end_forces()
-        end_slopes = (slopes @ moves.reshape(-1, size)).reshape(-1, 3, size)[net.ends]
+            shift = np.full(3 * net.free.sum(), SHIFT * abs(values).max())
+            factors = factored((values, to[rows], to[columns]), net.free, shift)
+            force = net.summed(changes())[net.free]
+            moves[net.free] = factors.solve(force.reshape(-1, size)).reshape(-1, 3, size)
+        ends, end_slopes = net.end_forces(), changes()[net.whole.ends]
         held = np.array(
             [[[end == p for end in line["ends"]] for line in net.lines] for p in points]
         )

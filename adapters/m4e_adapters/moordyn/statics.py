@@ -4,32 +4,30 @@ Travels inside the FMU: imports numpy, scipy and `node_forces` only. World frame
 
 Without bending the forces of `node_forces` have a convex potential, so the equilibrium is unique
 but for slack pieces. Newton's method finds it: with a shift of the diagonal, which slack pieces
-need, and a search along each step for where little of the potential's slope is left. EA and seabed
-are brought in by stages, because a stiff line that starts too short or too long goes there in tiny
-steps.
+need, and a search along each step for where it is not steeply uphill. EA and seabed are brought in
+by stages, because a stiff line that starts too short or too long goes there in tiny steps. Lines of
+many segments start from the equilibrium of the same lines with fewer, in between their nodes.
 """
 
 from math import ceil, inf
 
 import numpy as np
-from scipy.sparse import csc_array, eye_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from .node_forces import Lines
 
 STAGES = (1e2, 1e4, 1e6, inf)  # most that EA is of a line's weight, the seabed of weight per length
-ROUGHLY, PRECISION = 1e-3, 1e-6  # largest force left on a node, of a stage and at the end, over the
-# largest tension or the weight of the heaviest line, for lines of up to COARSE segments
-COARSE = 20  # segments; with more of them, less may be left on a node, as 1/segments
-ROUNDING = 16 * np.finfo(float).eps  # of a node's place, over its coordinates
+ROUGHLY, PRECISION = 1e-3, 1e-10  # largest force left on a node, of a stage and at the end, over
+# the weight of a line there
+ROUNDING = 16 * np.finfo(float).eps  # of a node's place, over the largest coordinate
 ITERATIONS = 150  # of each stage
-REFINEMENT, DIRECT = 4, 2 * COARSE  # more segments than DIRECT start from a 4th of them
-SHIFTS = (1e-9, 1e-3, 1.0)  # least, first and most, over the largest entry of the diagonal
+REFINEMENT, DIRECT = 4, 40  # more segments than DIRECT start from a 4th of them
+SHIFTS = (1e-9, 1e-3, 1.0)  # least, first and most, over the stiffness of a segment at the node
 DRIFTS = 100  # rounds of drag and equilibrium
-LEFT = 1e-6  # change of drag, over its sum, that is none
+LEFT = 1e-6  # change of drag, over all of it, that is none
 LONGEST_MOVE = 0.25  # of a node in one iteration, over the length of the longest line
-SLOPE, BISECTIONS = 0.5, 12  # share of the slope along a step that may be left, and how it is found
+SLOPE, HALVES = 0.5, 12  # share of a step's slope by which it may end uphill, and its halves
 
 
 class Net:
@@ -54,21 +52,21 @@ class Net:
     position
         (n, 3) [m] of every node: first the points, then the inner nodes of each line, which begin
         on the straight between its ends.
-    held, load
-        (n,) of nodes that are held, and constant forces (n, 3) [N].
+    free, load
+        (n,) True of nodes that are not held, and constant forces (n, 3) [N].
     nodes
         For each line the numbers of its nodes in `position`, from end A to end B.
+    each, whole
+        These numbers of one line after the other (m,), and the `Lines` at places in this order.
     drag
-        (n, 3) [N] on the nodes of each line, one line's after the other's; 0 in still water.
-    precision
-        Largest force that may be left on a node, see `PRECISION`.
+        (m, 3) [N] on them; 0 in still water.
     """
 
     def __init__(self, described, places=(), lengths=()):
         self.lines = [dict(line) for line in described["lines"]]
         for k, length in dict(lengths).items():
             self.lines[k]["length"] = length
-        self._described, points = described, described["points"]
+        points, self.described = described["points"], {**described, "lines": self.lines}
         at = np.array([point["position"] for point in points], dtype=float)
         at[described["fairleads"]] = np.reshape(places, (-1, 3))
         first, rows, self.nodes = len(at), [at], []
@@ -81,23 +79,21 @@ class Net:
         self.free, self.load = np.ones(first, bool), np.zeros((first, 3))
         self.free[: len(at)] = [point["force"] is not None for point in points]
         self.load[: len(at)] = [point["force"] or (0.0, 0.0, 0.0) for point in points]
-        self.bed, self.bed_stiffness = described["bed"], described["bed_stiffness"]
-        self.whole = Lines(self.lines, np.arange(len(self.each)), self.bed, self.bed_stiffness)
-        last = np.cumsum([len(nodes) for nodes in self.nodes]) - 1
-        self.ends = np.column_stack([last - [line["segments"] for line in self.lines], last])
-        self.drag, self.precision = np.zeros((len(self.each), 3)), PRECISION
+        self.whole = Lines(self.described, np.arange(len(self.each)))
+        self.bed, self.drag = described["bed"], np.zeros((len(self.each), 3))
 
     def settle(self, known=False):
-        """Move free nodes to the equilibrium; whether it was found to `precision`.
+        """Move free nodes to the equilibrium; whether it was found to `PRECISION`.
 
         `known` says that they are near one.
         """
         if not known and max(line["segments"] for line in self.lines) > DIRECT:
             known = self._settle_roughly()
-        free = np.array([self.free & np.isin(range(len(self.free)), k) for k in self.nodes])
-        label = connected_components(free @ free.T)[1]
-        lines = (np.flatnonzero(label == k) for k in range(max(label) + 1))
-        return all(_Part(self, k).settle(known) for k in lines)
+        start = self.position.copy()
+        if known and self._stage(inf):
+            return True
+        self.position = start
+        return [self._stage(soft) for soft in STAGES][-1]
 
     def settle_in(self, current):
         """As `settle`, in water with the velocities (n, 3) [m/s] `current` gives for places [m].
@@ -108,94 +104,72 @@ class Net:
         for _ in range(DRIFTS):
             before, places = self.drag, self.position[self.each]
             self.drag = self.whole.drag(places, current(places))
-            change, size = (np.linalg.norm(x, axis=1).sum() for x in (self.drag - before, before))
+            change, size = (
+                np.linalg.norm(x, axis=1).sum() for x in (self.drag - before, self.drag)
+            )
             if not found or change <= LEFT * size:
                 return found
-            self.load = load.copy()
-            np.add.at(self.load, self.each, self.drag)
+            self.load = load + self.summed(self.drag)
             found = self.settle(known=True)
         return False
 
     def end_forces(self):
         """Forces (lines, 2, 3) [N] of ends A and B of every line on what holds them."""
-        force, _ = self.whole.forces(self.position[self.each])
-        return (force + self.drag)[self.ends]
+        return (self.whole.forces(self.position[self.each]) + self.drag)[self.whole.ends]
+
+    def summed(self, values):
+        """Sums (n, …) over nodes of `values` (m, …) of the nodes of each line."""
+        total = np.zeros((len(self.position), *values.shape[1:]))
+        np.add.at(total, self.each, values)
+        return total
 
     def _settle_roughly(self):
         """Go where the lines are with fewer segments; whether their equilibrium was found."""
-        pairs = zip(self._described["points"], self.position, strict=False)
-        points = [{**point, "position": place} for point, place in pairs]
         lines = [{**line, "segments": ceil(line["segments"] / REFINEMENT)} for line in self.lines]
-        coarse = Net({**self._described, "points": points, "fairleads": [], "lines": lines})
+        fairleads = self.position[self.described["fairleads"]]
+        coarse = Net({**self.described, "lines": lines}, fairleads)
         found = coarse.settle()
         for nodes, few in zip(self.nodes, coarse.nodes, strict=True):
-            at, known = (np.linspace(0.0, 1.0, len(some)) for some in (nodes, few))
+            at, known = np.linspace(0, len(few) - 1, len(nodes)), range(len(few))
             places = [np.interp(at, known, x) for x in coarse.position[few].T]
             self.position[nodes] = np.transpose(places)
         return found
 
-
-class _Part:
-    """Lines that hang together, by their numbers; unknown are the places of their free nodes."""
-
-    def __init__(self, net, numbers):
-        lines = [net.lines[k] for k in numbers]
-        nodes = np.concatenate([net.nodes[k] for k in numbers])
-        self.net, self.free = net, net.free & np.isin(range(len(net.free)), nodes)
-        self.lines = Lines(lines, nodes, net.bed, net.bed_stiffness)
-        self.longest = max(line["length"] for line in lines)
-        self.weight = max(line["length"] * line["weight"] for line in lines)
-        self.share = min(1.0, COARSE / max(line["segments"] for line in lines))
-
-    def settle(self, known):
-        """Settle by the last stage alone if nodes are near a `known` equilibrium, else by all."""
-        start = self.net.position[self.free]
-        if not self.free.any() or (known and self._stage(inf)):
-            return True
-        self.net.position[self.free] = start
-        return [self._stage(soft) for soft in STAGES][-1]
-
     def _stage(self, soft):
-        shift, precision = SHIFTS[1], self.net.precision if soft == inf else ROUGHLY
+        """Settle with EA and seabed of a stage; whether an equilibrium was found."""
+        lines, free = Lines(self.described, self.each, soft), self.free
+        spring, weight, stiffest = lines.scales[free].T[..., None]
+        precision, shift = PRECISION if soft == inf else ROUGHLY, SHIFTS[1]
+        longest = LONGEST_MOVE * max(line["length"] for line in self.lines)
+
+        def force_at(places):
+            self.position[free] = places
+            return (lines.forces(self.position) + self.load)[free]
+
+        force = force_at(self.position[free])
         for _ in range(ITERATIONS):
-            force, scale = self._forces(soft)
-            rounded = ROUNDING * abs(self.net.position[self.free]).max() * self.lines.stiffest
-            if abs(force).max() <= max(self.share * precision * scale, rounded):
+            rounded = ROUNDING * abs(self.position).max() * stiffest
+            if (abs(force) <= np.maximum(precision * weight, rounded)).all():
                 return True
-            stiffness = factored(self.lines.slopes(self.net.position, soft), self.free, shift)
+            start = self.position[free]
+            stiffness = factored(lines.slopes(self.position), free, np.repeat(shift * spring, 3))
             step = stiffness.solve(force.ravel()).reshape(-1, 3)
-            step *= min(1.0, LONGEST_MOVE * self.longest / abs(step).max())
-            whole = self._go_along(step, force, soft)
-            shift = max(SHIFTS[0], shift / 10) if whole else min(SHIFTS[2], 3 * shift)
+            step *= min(1.0, longest / abs(step).max())
+            slope = np.vdot(force, step)
+            for k in range(HALVES):
+                force = force_at(start + 0.5**k * step)
+                if np.vdot(force, step) > -SLOPE * slope:
+                    break
+            shift = min(SHIFTS[2], 3 * shift) if k else max(SHIFTS[0], shift / 10)
         return False
-
-    def _go_along(self, step, force, soft):
-        """Go along `step` until it is not steeply uphill; whether all of it."""
-        start, slope = self.net.position[self.free], np.vdot(force, step)
-        if not slope > 0.0:
-            return False
-        for k in range(BISECTIONS):
-            self.net.position[self.free] = start + 0.5**k * step
-            if np.vdot(self._forces(soft)[0], step) > -SLOPE * slope:
-                break
-        return k == 0
-
-    def _forces(self, soft):
-        """Forces (free nodes, 3) [N], and their scale [N]."""
-        force, largest = self.lines.forces(self.net.position, soft)
-        return (force + self.net.load)[self.free], max(largest, self.weight)
 
 
 def factored(slopes, free, shift):
-    """Factors of the stiffness [N/m] of the nodes `free`, a mask, by `Lines.slopes`.
+    """Factors of the stiffness [N/m] of the nodes `free`, a mask (n,), by `Lines.slopes`.
 
-    `shift` of its largest entry is on the diagonal: slack pieces have no stiffness.
+    `shift` (3 free nodes,) [N/m] is added on the diagonal: slack pieces have no stiffness.
     """
     values, *where = slopes
-    number = np.where(np.repeat(free, 3), np.cumsum(np.repeat(free, 3)) - 1, -1)
-    rows, columns = number[np.array(where)]
-    inner = (rows >= 0) & (columns >= 0)
-    size = number.max() + 1
-    matrix = csc_array((-values[inner], (rows[inner], columns[inner])), shape=(size, size))
-    top = abs(matrix.diagonal()).max() or 1.0
-    return splu(csc_array(matrix + shift * top * eye_array(size)))
+    unknown = np.flatnonzero(np.repeat(free, 3))
+    stiffness = csc_array((-values, where), shape=(3 * len(free),) * 2)[unknown][:, unknown]
+    return splu(csc_array(stiffness + diags_array(shift)))
