@@ -13,7 +13,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig, program_from_config
 from m4e_adapters.moordyn import MooringConfig, mooring
-from m4e_adapters.moordyn.rest import net_at
+from m4e_adapters.moordyn.statics import Net
 from m4e_fmi.analysis import linearize
 from m4e_fmi.cosim import load_system
 from m4e_fmi.cosim.system.component import Kind
@@ -64,9 +64,9 @@ def pulls(places: np.ndarray) -> np.ndarray:
     finer = {
         name: line.model_copy(update={"segments": SEGMENTS}) for name, line in config.lines.items()
     }
-    net = net_at(mooring(config.model_copy(update={"lines": finer})).net, places.tolist())
+    net = Net(mooring(config.model_copy(update={"lines": finer})).net, places)
     assert net.settle()
-    return np.array([end for _, end in net.end_forces()])
+    return net.end_forces()[:, 1]
 
 
 def line_stiffness(places: np.ndarray) -> np.ndarray:

@@ -28,7 +28,8 @@ from .plausibility import (
     misplaced,
     unplaced,
 )
-from .rest import LATER, MORE_TIME, away_from, left_over, lying, net_at, too_long, with_nodes
+from .rest import LATER, MORE_TIME, away_from, left_over, lying, too_long, with_nodes
+from .statics import Net
 
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
@@ -55,7 +56,7 @@ class LineSystem:
     order, share, kinds
         As of `MoorDynSystem`.
     net
-        Points and lines as `rest.net_at` takes them; None if MoorDyn alone knows their equilibrium.
+        Points and lines as `statics.Net` takes them; None if MoorDyn alone knows their equilibrium.
     at_rest
         True: lines start in their static equilibrium; False: as `text` has MoorDyn begin.
     names, placed
@@ -209,7 +210,7 @@ class LineSystem:
         flat = [x for place, y in pairs for x in in_space(place, y)]
         net, found = None, False
         if self._net is not None and all(map(isfinite, flat)):
-            net = net_at(self._net, _points(flat), dict(zip(self._winches, winch, strict=False)))
+            net = Net(self._net, flat, dict(zip(self._winches, winch, strict=False)))
             found = net.settle_in(self._course.current) if self._course else net.settle()
         if found and self._at_rest:
             change = partial(with_nodes, net=net)
@@ -393,7 +394,3 @@ class LineSystem:
 def in_space(place, y):
     """(x, y, z) of (x, y, z), or of (x, z) and a fixed y."""
     return tuple(place) if len(place) == 3 else (place[0], y, place[1])
-
-
-def _points(flat):
-    return [flat[k : k + 3] for k in range(0, len(flat), 3)]

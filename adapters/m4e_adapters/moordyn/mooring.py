@@ -27,7 +27,7 @@ FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
 SHORTEST = 1e-6  # [s] internal step: a million of them a second
 
 NetData = dict[str, Any]
-"""JSON values that describe points and lines, see `rest.net_at`."""
+"""JSON values that describe points and lines, see `statics.Net`."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Mooring:
     ends are two fairleads, and `axes` the direction of a rod as drawn; empty: points only. `inert`:
     coupled objects have masses of their own; `moving`: `text` moves the water. `time_step` [s] is
     the longest internal step of `scheme`. `net` describes points and lines for their static
-    equilibrium (see `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest`
+    equilibrium (see `statics.Net`; JSON values), None where only MoorDyn can look for it; `at_rest`
     says whether lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a
     ready file has them, to be compared with where they start; `notes` say what in a ready file is
     taken otherwise than it stands there. `winches` are numbers of the lines whose length is set.

@@ -1,141 +1,146 @@
-"""Forces on the nodes of a line at rest, as MoorDyn 2.7.2 has them, and their stiffness.
+"""Forces on the nodes of lines at rest, as MoorDyn 2.7.2 has them, and their derivatives.
 
-Travels inside the FMU: imports the standard library only. Source: `Line::getStateDeriv` and
+Travels inside the FMU: imports numpy only. Source: `Line::getStateDeriv` and
 `Line::calcSubSeg` of MoorDyn 2.7.2: tension of segments that are longer than unstretched (others
 carry nothing), weight, buoyancy by the submerged share of a segment, the seabed's spring, bending.
+Laws are of a segment or of a pair of them, and are differentiated by complex steps (W. Squire and
+G. Trapp, SIAM Review 40, 1998, 110-112), which are exact.
 """
 
-from itertools import pairwise
-from math import dist, hypot, inf, sqrt
-from operator import mul
+from math import inf
 
-STRAIGHT = 1e-12  # sine of an angle between segments that has no plane
+import numpy as np
+
+TINY = 1e-24  # [m2] beside squares of distances, which may be zero
+STEP = 1e-30  # [m] along the imaginary axis
 
 
-def add_line_forces(net, line, nodes, force, *, add=None, soft=inf):
-    """Add the forces [N] of `line` on its `nodes` to `force`; the largest tension [N].
+class Lines:
+    """Lines with nodes of the numbers `nodes`, from end A to B, one line's after the other's.
 
-    `net` has the `position` of nodes and the seabed, `line` is one of `statics.Net`. `add(a, b,
-    block)` takes the stiffness [N/m] between nodes a and b (minus the derivative of the force on a
-    by the position of b; symmetric, not negative). EA is at most `soft` times the line's weight in
-    water, and the seabed's stiffness `soft` times weight per length.
+    Parameters
+    ----------
+    described
+        As of `statics.Net`, of which it takes lines and seabed.
+    nodes
+        (m,) of the places that methods take, and of the forces that they give.
+    soft
+        EA is at most so many times a line's weight in water, the seabed's stiffness so many times
+        its weight per length.
+
+    Attributes
+    ----------
+    ends
+        (lines, 2): where among `nodes` the ends of lines are.
+    scales
+        (n, 3) of each node the largest EA over length of a segment there [N/m], weight of its line
+        [N], and stiffness of the segment with bending [N/m].
     """
-    count, unstretched = line["segments"], line["length"] / line["segments"]
-    heavy = max(abs(line["weight"] - line["buoyancy"]), 1e-3 * line["weight"])
-    spring = min(line["stiffness"], soft * heavy * line["length"]) / unstretched
-    bed = min(net.bed_stiffness * line["diameter"], soft * heavy / line["length"]) * unstretched / 2
-    weight, buoyancy = line["weight"] * unstretched / 2, line["buoyancy"] * unstretched / 2
-    at, largest = [net.position[k] for k in nodes], 0.0
-    for k in range(count):
-        ends, places = (nodes[k], nodes[k + 1]), (at[k], at[k + 1])
-        length = dist(*places)
-        if length > unstretched:
-            largest = max(largest, spring * (length - unstretched))
-            _add_tension(spring, unstretched, length, ends, places, force, add)
-        share, fall = submerged(*places, line["diameter"] / 2, length)
-        for node, place in zip(ends, places, strict=True):
-            force[node][2] += buoyancy * share - weight
-            stiffness = buoyancy * fall
-            if place[2] < net.bed:
-                force[node][2] += bed * (net.bed - place[2])
-                stiffness += bed
-            if add and stiffness:
-                add(node, node, [[0.0] * 3, [0.0] * 3, [0.0, 0.0, stiffness]])
-    if line["bending"]:
-        for k in range(1, count):
-            _add_bending(line["bending"], nodes[k - 1 : k + 2], at[k - 1 : k + 2], force, add)
-    return largest
+
+    def __init__(self, described, nodes, soft=inf):
+        lines = described["lines"]
+        count = np.array([line["segments"] for line in lines])
+        last = np.cumsum(count + 1) - 1
+        first, self.ends = np.delete(np.arange(len(nodes)), last), np.stack([last - count, last], 1)
+        length, stiffness, bending, weight, buoyancy, self.diameter = (
+            np.repeat([line[key] for line in lines], count).astype(float)
+            for key in ("length", "stiffness", "bending", "weight", "buoyancy", "diameter")
+        )
+        self.size, self.level = length / np.repeat(count, count), described["bed"]
+        heavy = np.maximum(abs(weight - buoyancy), 1e-3 * weight)
+        bed = np.minimum(described["bed_stiffness"] * self.diameter, soft * heavy / length)
+        self.half_weight, self.half_buoyancy, self.half_bed = (
+            per_length * self.size / 2 for per_length in (weight, buoyancy, bed)
+        )
+        self.spring = np.minimum(stiffness, soft * heavy * length) / self.size
+        bent = (bending > 0.0) & ~np.isin(first, self.ends)
+        self.bending = bending[bent]
+        self.segments, pairs = (
+            nodes[k[:, None] + around]
+            for k, around in ((first, np.arange(2)), (first[bent], np.arange(-1, 2)))
+        )
+        self._laws = [(self.segments, self._stretched), (pairs, self._bent)][: 1 + bent.any()]
+        self.scales = np.zeros((nodes.max() + 1, 3))
+        scales = [self.spring, weight * length, self.spring + bending / self.size**3]
+        np.maximum.at(self.scales, self.segments, np.transpose(scales)[:, None])
+        self.drags = [
+            np.repeat([line.get(key, 0.0) for line in lines], count + 1)
+            for key in ("drag", "axial_drag")
+        ]
+
+    def forces(self, places):
+        """Forces (n, 3) [N] on nodes at `places` (n, 3) [m]."""
+        force = np.zeros(places.shape)
+        for nodes, law in self._laws:
+            np.add.at(force, nodes, law(places[nodes]))
+        return force
+
+    def slopes(self, places):
+        """Derivatives [N/m] of `forces`: values, and the coordinates of forces and of places."""
+        entries = []
+        for nodes, law in self._laws:
+            size = 3 * nodes.shape[1]
+            steps = 1j * STEP * np.eye(size).reshape(size, 1, -1, 3)
+            values = law(places[nodes] + steps).imag.reshape(size, -1, size) / STEP
+            where = (3 * nodes[..., None] + np.arange(3)).reshape(-1, size)
+            entries.append(np.broadcast_arrays(values, where, where.T[..., None]))
+        return [np.concatenate([x.ravel() for x in parts]) for parts in zip(*entries, strict=True)]
+
+    def drag(self, places, speeds):
+        """Drag (n, 3) [N] on nodes at rest at `places` in water with `speeds`, (n, 3) [m, m/s].
+
+        Of lines with ``drag`` across and ``axial_drag`` along them [N s2/m3], per length and
+        square of the speed.
+        """
+        wet = submerged(places[self.segments], self.diameter / 2) * self.size / 2
+        size, way = np.zeros(len(places)), np.zeros(places.shape)
+        np.add.at(size, self.segments, wet[:, None])
+        np.add.at(way, self.segments, np.diff(places[self.segments], axis=1))
+        q = way / _size(way)[:, None]
+        along = (speeds * q).sum(axis=1)[:, None] * q
+        across = speeds - along
+        first, second = (c * _size(v) for c, v in zip(self.drags, (across, along), strict=True))
+        return size[:, None] * (first[:, None] * across + second[:, None] * along)
+
+    def _stretched(self, at):
+        """Forces of the tension, weight, buoyancy and seabed of segments."""
+        way = at[..., 1, :] - at[..., 0, :]
+        length = _size(way)
+        stretch = np.where(length.real > self.size, length - self.size, 0.0)
+        pull = (self.spring * stretch / length)[..., None] * way
+        force = np.stack([pull, -pull], axis=-2)
+        lift = self.half_buoyancy * submerged(at, self.diameter / 2) - self.half_weight
+        depth = self.level - at[..., 2]
+        rest = self.half_bed[:, None] * np.where(depth.real > 0.0, depth, 0.0)
+        force[..., 2] += lift[..., None] + rest
+        return force
+
+    def _bent(self, at):
+        """Forces of the moment at the middle one of three nodes."""
+        way = np.diff(at, axis=-2)
+        length = _size(way)[..., None]
+        way = way / length
+        cosine = np.prod(way, axis=-2).sum(axis=-1)[..., None, None]
+        moment = self.bending[:, None, None] * 4 / length.sum(axis=-2, keepdims=True)
+        pull = moment / np.sqrt(2 + 2 * cosine + TINY) / length * (cosine * way - way[..., ::-1, :])
+        first, last = pull[..., 0, :], -pull[..., 1, :]
+        return np.stack([first, -first - last, last], axis=-2)
 
 
-def drag_forces(line, places, speeds):
-    """Drag [N] (x, y, z) on each node of a `line` at rest in water that moves.
-
-    Nodes are at `places` [m], the water there has `speeds` [m/s]; `line` has the ``drag`` across
-    and the ``axial_drag`` along it [N s2/m3], per length and square of the speed.
-    """
-    count, unstretched = line["segments"], line["length"] / line["segments"]
-    wet = [
-        submerged(a, b, line["diameter"] / 2, dist(a, b))[0] * unstretched / 2
-        for a, b in pairwise(places)
-    ]
-    found = []
-    for k, speed in enumerate(speeds):
-        low, high = places[max(0, k - 1)], places[min(count, k + 1)]
-        length = dist(low, high) or 1.0
-        q = [(y - x) / length for x, y in zip(low, high, strict=True)]
-        along = sum(map(mul, speed, q))
-        across = [x - along * y for x, y in zip(speed, q, strict=True)]
-        size = sum(wet[max(0, k - 1) : k + 1])
-        first, second = line["drag"] * hypot(*across), line["axial_drag"] * abs(along) * along
-        found.append([size * (first * x + second * y) for x, y in zip(across, q, strict=True)])
-    return found
-
-
-def _add_tension(spring, unstretched, length, ends, places, force, add):
-    (a, b), (start, end) = ends, places
-    q = [(y - x) / length for x, y in zip(start, end, strict=True)]
-    tension = spring * (length - unstretched)
-    for c in range(3):
-        force[a][c] += tension * q[c]
-        force[b][c] -= tension * q[c]
-    if add:
-        across = tension / length
-        along = [(spring - across) * x for x in q]
-        block = [[x * y for y in q] for x in along]
-        for c in range(3):
-            block[c][c] += across
-        minus = [[-x for x in row] for row in block]
-        add(a, a, block)
-        add(b, b, block)
-        add(a, b, minus)
-        add(b, a, minus)
-
-
-def submerged(a, b, radius, length):
-    """The submerged share of a segment from a to b, and about how fast it falls with z [1/m].
+def submerged(at, radius):
+    """The submerged share of segments of a `radius` [m] with their ends `at` (..., 2, 3) [m].
 
     MoorDyn's formula, unsymmetric as it is: a segment whose end B is at the surface counts as
     partly submerged, one whose end A is there does not.
     """
-    if a[2] <= 0.0 and b[2] < 0.0:
-        return 1.0, 0.0
-    if a[2] > 0.0 and b[2] > 0.0:
-        return 0.0, 0.0
-    low, high = (a[2], b[2]) if a[2] < 0.0 else (b[2], a[2])
-    level = radius * hypot(b[0] - a[0], b[1] - a[1]) / length if length else 0.0
-    below, above = abs(low - level), high + level
-    if a[2] == -b[2] or below + above == 0.0:
-        return 0.5, 0.0
-    return below / (below + above), 1 / (below + above)
+    way, a, b = at[..., 1, :] - at[..., 0, :], at[..., 0, 2], at[..., 1, 2]
+    low, high = np.where(a.real < 0.0, (a, b), (b, a))
+    level = radius * _size(way[..., :2]) / _size(way)
+    below = np.sqrt((low - level) ** 2)
+    wet, dry = (a.real <= 0.0) & (b.real < 0.0), (a.real > 0.0) & (b.real > 0.0)
+    whole = wet | dry
+    return np.where(whole, wet, below / np.where(whole, 1.0, below + high + level))
 
 
-def _add_bending(stiffness, nodes, places, force, add):
-    """The moment at the middle one of three nodes; the stiffness is that of its angle alone."""
-    d0, d1 = dist(*places[:2]), dist(*places[1:])
-    if not (d0 and d1):
-        return
-    q0 = [(y - x) / d0 for x, y in zip(*places[:2], strict=True)]
-    q1 = [(y - x) / d1 for x, y in zip(*places[1:], strict=True)]
-    cosine = max(-1.0, min(1.0, sum(map(mul, q0, q1))))
-    sine = sqrt(1 - cosine * cosine)
-    if sine > STRAIGHT:
-        moment = stiffness * 4 / (d0 + d1) * sqrt((1 - cosine) / 2) / sine
-        for c, (x, y) in enumerate(zip(q0, q1, strict=True)):
-            first, last = moment / d0 * (cosine * x - y), moment / d1 * (x - cosine * y)
-            force[nodes[0]][c] += first
-            force[nodes[1]][c] -= first + last
-            force[nodes[2]][c] += last
-    if add:
-        before, after = _turn(q0, d0), _turn(q1, d1)
-        both = [
-            [-x - y for x, y in zip(*rows, strict=True)] for rows in zip(before, after, strict=True)
-        ]
-        share, turns = 2 * stiffness / (d0 + d1), (before, both, after)
-        for a, left in zip(nodes, turns, strict=True):
-            for b, right in zip(nodes, turns, strict=True):
-                add(a, b, [[share * sum(map(mul, x, y)) for y in right] for x in left])
-
-
-def _turn(q, length):
-    """(I − q qᵀ)/length: the change of a unit vector with the motion of its end."""
-    return [[((i == j) - q[i] * q[j]) / length for j in range(3)] for i in range(3)]
+def _size(vectors):
+    return np.sqrt((vectors**2).sum(axis=-1) + TINY)

@@ -1,19 +1,19 @@
 """Lines at rest: their equilibrium put into a MoorDyn system, and warnings where there is none.
 
-Travels inside the FMU: imports the standard library and `statics` only. MoorDyn 2.7.2's own solver
+Travels inside the FMU: imports numpy only. MoorDyn 2.7.2's own solver
 stops when its error changes little, wherever that is, and leaves some lines at a fifth of the
 tension that they settle to.
 """
 
-import struct
 from math import hypot, sqrt
 
-from .statics import COARSE, Net
+import numpy as np
 
 HEADER = 9  # bytes of a state file before its length: "MoorDyn" and two of its version
 AWAY = 0.015  # share of a line's equilibrium tension by which it may start elsewhere without a word
 LEFT = 0.01  # share of a line's tension that may be left on a node where no equilibrium is known,
 # of lines of up to COARSE segments: those of more carry less weight
+COARSE = 20
 SUNK = 0.01  # [m] below the seabed, to which its stiffness may let an end sink
 LYING = 1e-3  # [m] above the seabed, up to which a node lies on it
 LONGER = 1e-3  # share by which a line may be longer than there is room for without a word
@@ -24,33 +24,17 @@ MORE_TIME = (  # of a file with rods or free bodies, where TmaxIC alone changes 
 )
 
 
-def net_at(described, fairleads, lengths=()):
-    """The `Net` of a mooring whose fairleads are at (x, y, z) [m], in MoorDyn's order.
-
-    `described` has what a Net takes, and in ``fairleads`` the numbers of their points; `lengths`
-    are other lengths [m] of lines, by their numbers.
-    """
-    lines = [dict(line) for line in described["lines"]]
-    for k, length in dict(lengths).items():
-        lines[k]["length"] = length
-    points = [dict(point) for point in described["points"]]
-    for k, place in zip(described["fairleads"], fairleads, strict=True):
-        points[k]["position"] = place
-    return Net(points, lines, described["bed"], described["bed_stiffness"])
-
-
 def with_nodes(state, net):
     """The bytes of a state file of MoorDyn, with the nodes where `net` has them, at rest."""
     words, starts = _objects(state)
-    points = len(net.loads)
-    rows = [[k] for k in range(points)] + [nodes[1:-1] for nodes in net.nodes]
+    points = np.arange(len(net.position) - sum(len(nodes) - 2 for nodes in net.nodes))
+    rows = [*points[:, None], *(nodes[1:-1] for nodes in net.nodes)]
     for start, nodes in zip(starts[-len(rows) :], rows, strict=True):
-        if words[start : start + 2] != [len(nodes), 6] and nodes:
+        if words[start : start + 2].tolist() != [len(nodes), 6] and len(nodes):
             raise ValueError("a state file of MoorDyn that is not laid out as expected")
-        for n, k in enumerate(nodes):
-            at = start + 2 + 6 * n
-            words[at : at + 6] = _words(*net.position[k], 0.0, 0.0, 0.0)
-    return _file(state, words)
+        found = np.pad(net.position[nodes], ((0, 0), (0, 3))).ravel()
+        words[start + 2 : start + 2 + len(found)] = found.view("u8")
+    return state[:HEADER] + words.tobytes()
 
 
 def with_points(state, points, lines):
@@ -59,12 +43,10 @@ def with_points(state, points, lines):
     `lines` is the number of lines, which come last.
     """
     words, starts = _objects(state)
-    at = starts[-lines]
-    for values in reversed(points):
-        words[at:at] = [1, 6, *_words(*values)]
-    words[0] += 8 * len(points)
-    words[1] += len(points)
-    return _file(state, words)
+    more = [np.append(np.array([1, 6], "u8"), np.array(values).view("u8")) for values in points]
+    words[:2] += np.array([8 * len(points), len(points)], "u8")
+    words = np.concatenate([words[: starts[-lines]], *more, words[starts[-lines] :]])
+    return state[:HEADER] + words.tobytes()
 
 
 def _objects(state):
@@ -74,20 +56,12 @@ def _objects(state):
     them rows, columns and values: bodies, rods, points, and lines with a row of position and
     velocity for each inner node.
     """
-    words = list(struct.unpack(f"<{(len(state) - HEADER) // 8}Q", state[HEADER:]))
+    words = np.frombuffer(state[HEADER:], "u8").copy()
     starts, at = [], 2
     for _ in range(words[1]):
         starts.append(at)
-        at += 2 + words[at] * words[at + 1]
+        at += 2 + int(words[at] * words[at + 1])
     return words, starts
-
-
-def _words(*values):
-    return struct.unpack(f"<{len(values)}Q", struct.pack(f"<{len(values)}d", *values))
-
-
-def _file(state, words):
-    return state[:HEADER] + struct.pack(f"<{len(words)}Q", *words)
 
 
 def away_from(net, names, tensions, remedy):
@@ -96,20 +70,16 @@ def away_from(net, names, tensions, remedy):
     `tensions` are (of end A, of end B) [N] of each line.
     """
     texts = []
-    for name, now, ends in zip(names, tensions, net.end_forces(), strict=True):
-        rest = [hypot(*force) for force in ends]
-        far, where = max(zip(map(_distance, now, rest), ("anchor", "fairlead"), strict=True))
-        if far > AWAY * max(rest):
-            k = ("anchor", "fairlead").index(where)
+    known = np.linalg.norm(net.end_forces(), axis=2)
+    for name, now, rest in zip(names, np.array(tensions), known, strict=True):
+        k = np.argmax(abs(now - rest))
+        if abs(now - rest)[k] > AWAY * max(rest):
             texts.append(
-                f"{name} does not start at rest: it pulls {now[k]:.4g} N at its {where}, "
-                f"{rest[k]:.4g} N in its static equilibrium, and moves at first: {remedy}"
+                f"{name} does not start at rest: it pulls {now[k]:.4g} N at its "
+                f"{('anchor', 'fairlead')[k]}, {rest[k]:.4g} N in its static equilibrium, and "
+                f"moves at first: {remedy}"
             )
     return texts
-
-
-def _distance(a, b):
-    return abs(a - b)
 
 
 def left_over(names, forces, tensions, segments, remedy):

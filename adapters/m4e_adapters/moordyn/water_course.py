@@ -45,8 +45,8 @@ class WaterCourse:
         self._motions[2] = np.reshape(values, self._motions.shape[1:])
 
     def current(self, places):
-        """Velocities (x, y, z) [m/s] of the water without waves at `places` [m]."""
-        return self._water.steady(np.array(places))[0].tolist()
+        """Velocities (n, 3) [m/s] of the water without waves at `places` (n, 3) [m]."""
+        return self._water.steady(places)[0]
 
     def be_calm(self, lines):
         """Let there be no waves for now."""

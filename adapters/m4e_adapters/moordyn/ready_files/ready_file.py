@@ -318,7 +318,7 @@ def _with_moving_nodes(
 
 
 def _net(file: ReadFile, attached: Attachments, segments: dict[str, Segment]) -> NetData:
-    """Points and lines for their static equilibrium, see `rest.net_at`."""
+    """Points and lines for their static equilibrium, see `statics.Net`."""
     density, gravity = (file.option(key, value) for key, value in WATER.items())
     points = []
     for row in file.rows("points"):

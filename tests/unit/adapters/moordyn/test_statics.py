@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+import numpy as np
 import pytest
 
 from m4e_adapters.moordyn.node_forces import submerged
@@ -19,11 +18,15 @@ def held(*places: tuple[float, float, float]) -> list[dict]:
     return [{"position": place, "force": None} for place in places]
 
 
+def net_of(points: list[dict], lines: list[dict]) -> Net:
+    bed = {"bed": -200.0, "bed_stiffness": 3e6}
+    return Net({"points": points, "lines": lines, "fairleads": [], **bed})
+
+
 def test_forces_balance_and_ends_carry_the_weight():
-    net = Net(held((0, 0, -50), (80, 10, -5)), [line()], -200.0, 3e6)
+    net = net_of(held((0, 0, -50), (80, 10, -5)), [line()])
     assert net.settle()
-    (a, b), *_ = net.end_forces()
-    total = [x + y for x, y in zip(a, b, strict=True)]
+    total = net.end_forces()[0].sum(axis=0)
     # 1e-6 of the largest force may be left on each of 9 nodes
     assert total == pytest.approx([0, 0, -(500 - 100) * 100.0], abs=9e-6 * 4e4)
 
@@ -34,9 +37,9 @@ def test_a_stiff_line_sags_as_a_beam():
     stiff = line(
         segments=20, length=length, bending=bending, weight=load, buoyancy=0.0, stiffness=1e6
     )
-    net = Net(held((0, 0, -50), (length, 0, -50)), [stiff], -200.0, 3e6)
+    net = net_of(held((0, 0, -50), (length, 0, -50)), [stiff])
     assert net.settle()
-    sag = -50 - net.position[net.nodes[0][10]][2]
+    sag = -50 - net.position[net.nodes[0][10], 2]
     assert sag == pytest.approx(0.02, rel=0.02)
 
 
@@ -46,10 +49,10 @@ def test_fine_lines_at_a_free_point_start_from_coarse_ones():
     for segments in (12, 96):
         values = {"length": 70.0, "segments": segments}
         lines = [line(ends=(0, 2), **values), line(ends=(2, 1), **values)]
-        net = Net(points, lines, -200.0, 3e6)
+        net = net_of(points, lines)
         assert net.settle()
         assert net.position[2][:2] == pytest.approx((0, 0), abs=1e-3)
-        tensions.append([math.hypot(*force) for ends in net.end_forces() for force in ends])
+        tensions.append(np.linalg.norm(net.end_forces(), axis=2))
     # second order: (70/12 m)² over the radius of curvature squared, some 100 m, by 24
     assert tensions[0] == pytest.approx(tensions[1], rel=1e-3)
     assert points[2]["position"] == (9, 5, -30)
@@ -67,4 +70,4 @@ def test_fine_lines_at_a_free_point_start_from_coarse_ones():
     ],
 )
 def test_submerged_shares(a: float, b: float, share: float):
-    assert submerged((0, 0, a), (0, 0, b), 0.1, abs(b - a))[0] == pytest.approx(share)
+    assert submerged(np.array([[0, 0, a], [0, 0, b]]), 0.1) == pytest.approx(share)
