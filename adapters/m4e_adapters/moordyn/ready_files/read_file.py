@@ -78,16 +78,23 @@ class ReadFile:
     """Rows and options of one file; `problems` and `notes` grow with what is found in it.
 
     `options` are the rows of the options by MoorDyn's names in small letters, the last of each;
-    `given` are values of options that the file may leave out.
+    `given` are values of options that the file may leave out; `text` is its content if there is no
+    file at `path`.
     `headless` are the first rows of tables whose names or units are missing; `strange` those of
     sections that are unknown or a second one of their kind.
     """
 
-    def __init__(self, path: Path, given: Mapping[str, float] = MappingProxyType({})) -> None:
+    def __init__(
+        self,
+        path: Path,
+        given: Mapping[str, float] = MappingProxyType({}),
+        *,
+        text: str | None = None,
+    ) -> None:
         self.path = path
         self.problems: list[Problem] = []
         self.notes: list[str] = []
-        text = _text(path)
+        text = _text(path) if text is None else text
         self._lines = text.splitlines()
         self.tables, self.headless, self.strange = tables(text)
         self.options = {option_name(row): row for row in self.rows("options") if row.words[1:]}
