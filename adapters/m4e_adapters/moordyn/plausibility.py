@@ -29,10 +29,11 @@ def high_anchors(points, bed):
 
 
 def above_water(points, heights):
-    """A text, by number, for each buoyant free point above the water, of those with z [m]."""
+    """A text, by its number, for each buoyant free point above the water, of those with z [m]."""
     return {
-        k: f"free {points[k]['name']} is at z = {z:+.3g} m, above the water, and its buoyancy of "
-        f"{points[k]['buoyancy']:.4g} N is not reduced there: give it less volume or a shorter line"
+        f"point {k}": f"free {points[k]['name']} is at z = {z:+.3g} m, above the water, and its "
+        f"buoyancy of {points[k]['buoyancy']:.4g} N is not reduced there: give it less volume or a "
+        "shorter line"
         for k, z in heights.items()
         if points[k].get("buoyancy") and z > CLEAR
     }

@@ -391,13 +391,14 @@ def text_of(
 ) -> str:
     """The file for MoorDyn: without blank lines, outputs, and coupled bodies.
 
-    `integration` are values and names of options that go before those of the file.
+    `integration` are values and names of options that go before those of the file. There always is
+    a table of points, to which parted ends can be added.
     Where the equilibrium is not known otherwise, MoorDyn looks for it as the file says.
     """
     lines = ["MoorDyn v2 input file, after " + file.path.name]
     for section in TABLES:
         rows = [_row(section, row, attached) for row in file.rows(section)]
-        if rows:
+        if rows or section == "points":
             lines += table(section, rows)
     ours = [*QUIET, *(RELAXATION if known else ()), *integration]
     replaced = REPLACED | {name.lower() for _, name in ours}
