@@ -31,12 +31,11 @@ def run_file(path: Path) -> str:
     """What became of a file: 'ran', with notes, or the first line of each problem."""
     begun = time.perf_counter()
     try:
-        made = ready_mooring(path, fairleads={})
+        made = ready_mooring(path, fairleads={}, in_space=True)
     except InputError as error:
         if not any("WtrDpth, is missing" in problem.message for problem in error.problems):
             raise
-        made = ready_mooring(path, fairleads={}, water={"depth": DEPTH})
-    made = made.in_space()
+        made = ready_mooring(path, fairleads={}, water={"depth": DEPTH}, in_space=True)
     lines = started(made)
     rest = [(0.0, 0.0, 0.0)] * len(made.fairleads)
     places = [fairlead.place for fairlead in made.fairleads]

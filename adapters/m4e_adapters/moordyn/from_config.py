@@ -46,10 +46,13 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     moved = partial(_sea, config, Path(folder))
     if config.file is not None:
         given = config.water.model_dump(exclude_unset=True) if config.water else {}
-        found = ready_mooring(
-            Path(folder) / config.file, fairleads=config.fairleads, sea=moved, water=given
+        return ready_mooring(
+            Path(folder) / config.file,
+            fairleads=config.fairleads,
+            sea=moved,
+            water=given,
+            in_space=config.dimensions == 3,
         )
-        return (found.in_space() if config.dimensions == 3 else found).named()
     water = config.water
     assert water is not None
     bed = _bed(config, Path(folder))

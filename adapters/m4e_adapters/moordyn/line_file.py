@@ -5,7 +5,7 @@ Source of the format: the MoorDyn v2 documentation, "Inputs".
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from m4e_adapters.moordyn.config import FreePoint, LineType, MooringConfig, in_space
 
@@ -77,9 +77,12 @@ def header(title: str) -> str:
     return f"---------------------- {title.upper()} ----------------------"
 
 
-def table(title: str, rows: Iterable[str]) -> list[str]:
-    """The lines of a section with `rows`, below lines for their names and units."""
-    return [header(title), "-", "-", *rows]
+def table(title: str, rows: Sequence[str]) -> list[str]:
+    """The lines of a section with `rows`, below lines for their names and units; none without rows.
+
+    Points always have a section: parted ends get there.
+    """
+    return [header(title), "-", "-", *rows] if rows or title == "points" else []
 
 
 def _of_point(point: FreePoint) -> tuple[float, ...]:

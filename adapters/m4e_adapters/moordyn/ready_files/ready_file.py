@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 
@@ -24,7 +23,6 @@ from m4e_adapters.moordyn.mooring import (
     Sea,
     internal_step,
     kinds_of,
-    net_line,
 )
 from m4e_adapters.moordyn.ready_files.attachments import (
     BODY,
@@ -46,6 +44,7 @@ from m4e_adapters.moordyn.ready_files.read_file import (
 )
 from m4e_adapters.moordyn.stability import (
     FLOW,
+    MARGIN,
     SCHEMES,
     STRAIN,
     Segment,
@@ -71,6 +70,7 @@ def ready_mooring(
     fairleads: Mapping[str, tuple[float, ...] | None],
     sea: Callable[[float, float], Sea | None] = lambda *_: None,
     water: Mapping[str, float] = MappingProxyType({}),
+    in_space: bool = False,
 ) -> Mooring:
     """The mooring of a MoorDyn file; what it moves from outside has fairleads, in MoorDyn's order.
 
@@ -81,7 +81,8 @@ def ready_mooring(
     coupled bodies, and the point where a coupled body or rod is pinned; pinned bodies come first,
     then rods, then points. `fairleads` names them and may give their start (x, z) or (x, y, z) [m];
     empty: fairlead_1, fairlead_2, …, of rods fairlead_1_a and fairlead_1_b.
-    Lines are line_1, line_2, … InputError with every problem.
+    They move along Y, too, if they are `in_space`. Lines are line_1, line_2, …, and fixed and free
+    points at which they end point_1, … by their numbers. InputError with every problem.
     """
     file = ReadFile(Path(path), {GIVEN[key]: value for key, value in water.items()})
     named = NamedFiles(file)
@@ -91,7 +92,7 @@ def ready_mooring(
     attached.check()
     check_places(file, {row.words[0]: attached.place(row) for row in file.rows("points")})
     moved = list(attached.coupled())
-    points = _fairleads(file, moved, fairleads)
+    points = _fairleads(file, moved, fairleads, in_space=in_space)
     failures = tuple(_failure(file, row) for row in file.rows("failure"))
     inert = len(moved) > sum(row in file.rows("points") for row, _ in moved)
     if failures and inert:
@@ -122,7 +123,7 @@ def ready_mooring(
         net=net,
         at_rest=file.option("tmaxic", 1.0) > 0,
         bed=-file.depth,
-        drawn=_fairleads(file, moved, dict.fromkeys(fairleads)),
+        drawn=_fairleads(file, moved, dict.fromkeys(fairleads), in_space=in_space),
         notes=tuple(file.notes),
         sea=around,
         scheme=scheme,
@@ -134,6 +135,8 @@ def ready_mooring(
         moving=file.option("wavekin", 0.0) > 1 or file.option("currents", 0.0) > 0,
         failures=failures,
         no_way_back=_no_way_back(file),
+        anchors=_named(file, attached.held),
+        points=_named(file, attached.free),
     )
 
 
@@ -141,6 +144,8 @@ def _fairleads(
     file: ReadFile,
     moved: list[tuple[Row, tuple[Place, ...]]],
     given: Mapping[str, tuple[float, ...] | None],
+    *,
+    in_space: bool,
 ) -> tuple[Fairlead, ...]:
     """The fairleads of what is `moved`, under the names of `given` if there are any."""
     known = [
@@ -157,8 +162,16 @@ def _fairleads(
     found = []
     for name, (_, (x, y, z)) in zip(names, known, strict=True):
         place = given.get(name) or (x, y, z)
-        found.append(Fairlead(name, place[0], place[1] if len(place) == 3 else y, place[-1]))
+        y = place[1] if len(place) == 3 else y
+        found.append(Fairlead(name, place[0], y, place[-1], moves_in_space=in_space))
     return tuple(found)
+
+
+def _named(file: ReadFile, fits: Callable[[Row], bool]) -> dict[str, int]:
+    """Names and numbers of points that fit, at which lines end."""
+    used = {end for row in file.rows("lines") for end in ends_of(row)}
+    numbers = [row.words[0] for row in file.rows("points") if fits(row) and row.words[0] in used]
+    return {f"point_{number}": int(number) for number in numbers}
 
 
 def _axis(places: tuple[Place, ...]) -> Place:
@@ -197,16 +210,9 @@ def _integration(file: ReadFile, segments: dict[str, Segment]) -> tuple[str, flo
             2 * math.pi * s.length * math.sqrt(s.mass_per_length / s.axial_stiffness)
             for s in segments.values()
         )
-    try:
-        longest = internal_step(segments, scheme=scheme, wanted=None)
-    except InputError as error:
-        for problem in error.problems:
-            file.wrong(step, problem.message, problem.remedy)
-        return scheme, 0.0
-    if wanted is None:
-        return scheme, longest if segments else FREE_STEP
-    with suppress(InputError):
-        return scheme, internal_step(segments, scheme=scheme, wanted=wanted)
+    longest = internal_step(segments, scheme=scheme, wanted=None) if segments else FREE_STEP
+    if wanted is None or not segments or wanted <= longest / MARGIN:
+        return scheme, wanted or longest
     name = " ".join(step.words[:2]) if step else ""
     file.notes.append(f"{name} of the file would be {wanted:.3g} s: steps are of {longest:.3g} s")
     return scheme, longest
@@ -366,16 +372,20 @@ def net_of(
         name = names.get(row.words[0], f"point {row.words[0]}")
         known = {"name": name, "anchor": attached.held(row), "buoyancy": lift}
         points.append({"position": attached.place(row), "force": force, **known})
-    pairs = zip(file.rows("lines"), segments.values(), strict=True)
     lines = [
-        net_line(
-            segment,
-            ends=tuple(int(end) - 1 for end in ends_of(row)),
-            count=int(float(row.words[5])),
-            length=float(row.words[4]),
-            gravity=gravity,
-        )
-        for row, segment in pairs
+        {
+            "ends": tuple(int(end) - 1 for end in ends_of(row)),
+            "segments": int(float(row.words[5])),
+            "length": float(row.words[4]),
+            "stiffness": s.axial_stiffness,
+            "bending": s.bending_stiffness,
+            "weight": s.mass_per_length * gravity,
+            "buoyancy": density * gravity * math.pi * s.diameter**2 / 4,
+            "diameter": s.diameter,
+            "drag": 0.5 * density * s.diameter * s.drag_coefficient,
+            "axial_drag": 0.5 * density * s.diameter * math.pi * s.axial_drag_coefficient,
+        }
+        for row, s in zip(file.rows("lines"), segments.values(), strict=True)
     ]
     return {
         "points": points,
@@ -391,15 +401,12 @@ def text_of(
 ) -> str:
     """The file for MoorDyn: without blank lines, outputs, and coupled bodies.
 
-    `integration` are values and names of options that go before those of the file. There always is
-    a table of points, to which parted ends can be added.
+    `integration` are values and names of options that go before those of the file.
     Where the equilibrium is not known otherwise, MoorDyn looks for it as the file says.
     """
     lines = ["MoorDyn v2 input file, after " + file.path.name]
     for section in TABLES:
-        rows = [_row(section, row, attached) for row in file.rows(section)]
-        if rows or section == "points":
-            lines += table(section, rows)
+        lines += table(section, [_row(section, row, attached) for row in file.rows(section)])
     ours = [*QUIET, *(RELAXATION if known else ()), *integration]
     replaced = REPLACED | {name.lower() for _, name in ours}
     if file.option("wavekin", 0.0) <= 1:
