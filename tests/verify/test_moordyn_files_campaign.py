@@ -44,7 +44,7 @@ def run_file(path: Path) -> str:
     for _ in range(2):
         for k in range(STEPS):
             lines.advance(k * STEP, STEP, places, rest)
-        found.append((lines.force, lines.fairlead_tension, lines.save()["system"]))
+        found.append((lines.force, lines.tensions(), lines.save()["system"]))
         lines.restore(saved)
         assert lines.force == begins
     assert found[0] == found[1] or made.no_way_back, "another way after it was taken back"

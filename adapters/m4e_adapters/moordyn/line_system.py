@@ -154,16 +154,6 @@ class LineSystem(MoorDynSystem):
         """Forces on the fairleads, along the axes on which they move, and tensions [N]: flat."""
         return [*chain(*self.force, *self.tensions())]
 
-    @property
-    def anchor_tension(self):
-        """Magnitude [N] of the force at end A of each line."""
-        return [anchor for _, anchor in self.tensions()]
-
-    @property
-    def fairlead_tension(self):
-        """Magnitude [N] of the force at end B of each line."""
-        return [fairlead for fairlead, _ in self.tensions()]
-
     def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
 
@@ -278,7 +268,7 @@ class LineSystem(MoorDynSystem):
 
     def _unrest(self, net):
         """A text for each line that does not start at rest; `net` is its equilibrium, if known."""
-        tensions = list(zip(self.anchor_tension, self.fairlead_tension, strict=True))
+        tensions = [(a, b) for b, a in self.tensions()]
         if net is not None:
             cause = "MoorDyn finds other forces than m4e_fmi" if self._at_rest else SWITCHED_OFF
             return away_from(net, self._names, tensions, cause)

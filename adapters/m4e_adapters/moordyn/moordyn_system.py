@@ -187,7 +187,7 @@ class MoorDynSystem:
         self._system = None
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self.lengths, self.segments = [], []
-        self._size = 0  # bytes of a saved state
+        self._size = c_size_t()  # bytes of a saved state
         self.course = course
         self._failure: Exception | None = None  # of the motion of the water
         count = 3 * len(fixed)
@@ -354,7 +354,8 @@ class MoorDynSystem:
         room = 33 * lines.fairleads + 6 * (max(self.segments, default=0) + 1)
         self._arrays["work"] = (c_double * room)()
         lines.work = ctypes.addressof(self._arrays["work"])
-        lines.system, self._size = self._system, 0
+        lines.system = self._system
+        library.MoorDyn_Serialize(self._system, byref(self._size), None)
         if self.course:
             nodes = c_uint32()
             library.MoorDyn_ExternalWaveKinInit(self._system, byref(nodes))
@@ -459,11 +460,7 @@ class MoorDynSystem:
     def saved(self):
         """All of MoorDyn's state, as bytes."""
         library = moordyn()
-        if not self._size:
-            size = c_size_t()
-            library.MoorDyn_Serialize(self._system, byref(size), None)
-            self._size = size.value
-        words = array("Q", bytes(self._size))
+        words = array("Q", bytes(self._size.value))
         at, count = words.buffer_info()
         library.MoorDyn_Serialize(self._system, None, at)
         self._library.m4e_lines_clean(at, count)
@@ -475,9 +472,7 @@ class MoorDynSystem:
         MooringError if its size is that of other lines.
         """
         # MoorDyn reads beyond the end of bytes that are too few
-        if not self._size:
-            self.saved()
-        if len(system) != self._size or len(state) != ctypes.sizeof(self.state):
+        if len(system) != self._size.value or len(state) != ctypes.sizeof(self.state):
             raise MooringError("the saved state is not one of these lines")
         moordyn().MoorDyn_Deserialize(self._system, system)
         self.state[:] = array("d", state)

@@ -17,7 +17,7 @@ from types import MappingProxyType
 
 from m4e_fmi.errors import InputError, Problem, missing_file
 from m4e_fmi.files.file_kinds import check_named
-from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_LINE_FILE
 
 TITLES = {
@@ -196,13 +196,11 @@ def _is_data(row: Row) -> bool:
 def _text(path: Path) -> str:
     check_named(path, SUFFIXES, "MoorDyn file")
     try:
-        try:
-            return read_text(path, encoding="utf-8-sig", largest=LARGEST_LINE_FILE)
-        except UnicodeDecodeError:  # of units like m³ in older files
-            return read_text(path, encoding="latin-1", largest=LARGEST_LINE_FILE)
+        content = read_bytes(path, largest=LARGEST_LINE_FILE)
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         message, remedy = missing_file(path, "MoorDyn file")
         raise InputError.single(message, remedy, keys=("file",)) from None
     except (OSError, TooLongError) as error:
         message = f"MoorDyn file cannot be read: {error}"
         raise InputError.single(message, "name a MoorDyn v2 input file", str(path)) from None
+    return content.decode("utf-8-sig", "replace")  # older files have units like m³ in latin-1

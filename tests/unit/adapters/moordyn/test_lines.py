@@ -63,7 +63,7 @@ def run(lines: LineSystem, first: int, count: int, h: float = 0.05) -> list:
     found = []
     for k in range(first, first + count):
         lines.advance(k * h, h, *motion(k, h))
-        found.append((lines.force, lines.fairlead_tension, lines.anchor_tension))
+        found.append((lines.force, lines.tensions()))
     return found
 
 
