@@ -96,7 +96,7 @@ class LineSystem(MoorDynSystem):
         course=None,
         **more,
     ):
-        self._y = [None if y is None else float(y) for y in fairleads]
+        self._y = list(fairleads)
         ends = ends or [1] * len(self._y)
         super().__init__(
             ends=ends,
