@@ -103,7 +103,7 @@ def test_the_mooring_fmu_computes_what_the_line_system_computes(
         fmu.step(k * STEP, 0.7 * STEP)  # withdrawn
         fmu.restore(before)
         expected.append(moved(fmu, k))
-        tensions = lines.fairlead_tension[0], lines.anchor_tension[0]
+        tensions = lines.tensions()[0][0], lines.tensions()[0][1]
         assert expected[-1] == (*lines.force[0], *tensions)
     other.initialise()
     for again in (fmu, other):

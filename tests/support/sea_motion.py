@@ -79,7 +79,7 @@ def tensions(moored: Moored, *, share: float, duration: float) -> np.ndarray:
         for k in range(round(duration / STEP)):
             (x0, z0), (x1, z1) = _place(moored, k * STEP), _place(moored, (k + 1) * STEP)
             system.advance(k * STEP, STEP, [(x0, z0)], [((x1 - x0) / STEP, (z1 - z0) / STEP)])
-            found.append(system.fairlead_tension[0])
+            found.append(system.tensions()[0][0])
     except MooringError:
         pass  # what was found until then is told
     finally:

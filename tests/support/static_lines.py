@@ -130,4 +130,4 @@ def start_error(line: Line) -> tuple[float, bool]:
     system.start([(line.span, line.high)], [(0.0, 0.0)])
     system.close()
     warned = any("does not start at rest" in text for text in system.warnings)
-    return system.fairlead_tension[0] / tension(line) - 1, warned
+    return system.tensions()[0][0] / tension(line) - 1, warned

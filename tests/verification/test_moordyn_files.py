@@ -321,7 +321,7 @@ def test_a_file_runs_as_moordyn_has_it(name: str, tmp_path: Path, capfd) -> None
     case = CASES[name]
     tables = {**case.tables, "OPTIONS": case.tables["OPTIONS"] + QUICK}
     path = Case(tables, files=case.files).write(tmp_path)
-    made = ready_mooring(path, fairleads={}).in_space()
+    made = ready_mooring(path, fairleads={}, in_space=True)
     alone = by_itself(path, case, len(made.lines), made.time_step)
     ours = by_adapter(made, case)
     capfd.readouterr()

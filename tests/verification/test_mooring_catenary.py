@@ -51,8 +51,8 @@ def test_a_suspended_line_converges_with_second_order():
             (
                 -x / h - 1,
                 -z / v - 1,
-                lines.fairlead_tension[0] / math.hypot(h, v) - 1,
-                lines.anchor_tension[0] / anchor - 1,
+                lines.tensions()[0][0] / math.hypot(h, v) - 1,
+                lines.tensions()[0][1] / anchor - 1,
             )
         )
     coarse, middle, fine = errors

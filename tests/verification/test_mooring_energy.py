@@ -34,14 +34,14 @@ def balance(text: str, h: float, stop: float) -> tuple[float, float]:
     assert made.net is not None
     lines = lines_of(made)
     lines.start([place(0.0)], [(0.0, 0.0)])
-    system, nodes = lines._moordyn, range(21)  # of all nodes
+    nodes = range(21)  # of all nodes
     kept = []
     for k in range(round(stop / h)):
         water = None
-        places = [system.node_position(0, n) for n in nodes]
-        if system.course:
-            water = system.course.current(places)
-        speeds = [system.node_velocity(0, n) for n in nodes]
+        places = [lines.node_position(0, n) for n in nodes]
+        if lines.course:
+            water = lines.course.current(places)
+        speeds = [lines.node_velocity(0, n) for n in nodes]
         kept.append(energies(made.kinds[0], made.net["lines"][0], places, speeds, water))
         (x0, z0), (x1, z1) = place(k * h), place((k + 1) * h)
         lines.advance(k * h, h, [(x0, z0)], [((x1 - x0) / h, (z1 - z0) / h)])

@@ -60,7 +60,7 @@ def tensions(text: str, case: int, *, after: float, times: np.ndarray) -> np.nda
         here, then = place(k * STEP), place((k + 1) * STEP)
         speed = tuple((b - a) / STEP for a, b in zip(here, then, strict=True))
         lines.advance(k * STEP, STEP, [here], [speed])
-        found.append(1e-3 * lines.fairlead_tension[0])
+        found.append(1e-3 * lines.tensions()[0][0])
     lines.close()
     return np.interp(times, STEP * np.arange(1, count + 1) - after, found)
 

@@ -31,12 +31,11 @@ def run_file(path: Path) -> str:
     """What became of a file: 'ran', with notes, or the first line of each problem."""
     begun = time.perf_counter()
     try:
-        made = ready_mooring(path, fairleads={})
+        made = ready_mooring(path, fairleads={}, in_space=True)
     except InputError as error:
         if not any("WtrDpth, is missing" in problem.message for problem in error.problems):
             raise
-        made = ready_mooring(path, fairleads={}, water={"depth": DEPTH})
-    made = made.in_space()
+        made = ready_mooring(path, fairleads={}, water={"depth": DEPTH}, in_space=True)
     lines = started(made)
     rest = [(0.0, 0.0, 0.0)] * len(made.fairleads)
     places = [fairlead.place for fairlead in made.fairleads]
@@ -45,7 +44,7 @@ def run_file(path: Path) -> str:
     for _ in range(2):
         for k in range(STEPS):
             lines.advance(k * STEP, STEP, places, rest)
-        found.append((lines.force, lines.fairlead_tension, lines.save()["system"]))
+        found.append((lines.force, lines.tensions(), lines.save()["system"]))
         lines.restore(saved)
         assert lines.force == begins
     assert found[0] == found[1] or made.no_way_back, "another way after it was taken back"

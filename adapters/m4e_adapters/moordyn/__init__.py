@@ -7,7 +7,6 @@ FMUs and import moordyn only. Start reading in `from_config.py`.
 
 from m4e_adapters.moordyn.config import MooringConfig
 from m4e_adapters.moordyn.from_config import mooring
-from m4e_adapters.moordyn.line_file import line_file
 from m4e_adapters.moordyn.mooring import Failure, Fairlead, Mooring
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
 
@@ -16,7 +15,6 @@ __all__ = [
     "Fairlead",
     "Mooring",
     "MooringConfig",
-    "line_file",
     "mooring",
     "ready_mooring",
     "requirements",

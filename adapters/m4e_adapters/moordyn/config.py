@@ -28,7 +28,6 @@ from m4e_adapters.hydrodynamics.config.waves import (
 )
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_adapters.moordyn.mooring import SHORTEST
-from m4e_adapters.moordyn.stability import damping_of_ratio
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected, rejected_at
 
@@ -101,17 +100,6 @@ class LineType(Section):
                 else "add 'axial_damping_ratio: 1.0' (usual), or 'axial_damping: …' in N·s",
             )
         return self
-
-    def damping(self, segment_length: float) -> float:
-        """BA [N·s] for segments of `segment_length` [m]."""
-        if self.axial_damping is not None:
-            return self.axial_damping
-        return damping_of_ratio(
-            self.axial_damping_ratio or 0.0,
-            length=segment_length,
-            mass_per_length=self.mass_per_length,
-            axial=self.axial_stiffness,
-        )
 
 
 class Line(Section):

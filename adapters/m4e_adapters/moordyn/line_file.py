@@ -1,14 +1,13 @@
-"""MoorDyn v2 input files, written without rounding.
+"""Described lines as a MoorDyn v2 input file, written without rounding.
 
 Source of the format: the MoorDyn v2 documentation, "Inputs".
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
-from m4e_adapters.moordyn.bathymetry import FILE
-from m4e_adapters.moordyn.config import FreePoint, MooringConfig, in_space
+from m4e_adapters.moordyn.config import FreePoint, LineType, MooringConfig, in_space
 
 QUIET = (("0", "writeLog"), ("1", "disableOutput"), ("1", "disableOutTime"))
 RELAXATION = (("1", "ICgenDynamic"), ("1e-4", "threshIC"), ("10", "dtIC"))
@@ -23,60 +22,67 @@ def point_numbers(config: MooringConfig) -> dict[str, int]:
     return {n: k for k, n in enumerate([*config.anchors, *config.fairleads, *config.points], 1)}
 
 
-def line_file(config: MooringConfig, *, time_step: float, scheme: str, deepest: float) -> str:
-    """The input file of described lines.
+def line_file(config: MooringConfig, *, deepest: float) -> str:
+    """The tables of described lines, and the options of water, seabed and initial state.
 
-    `time_step` [s] is MoorDyn's internal one, of its `scheme`; `deepest` is the largest depth [m]
-    of the seabed.
+    `deepest` is the largest depth [m] of the seabed.
     """
-    number = point_numbers(config)
+    number, water, bed = point_numbers(config), config.water, config.seabed
+    assert water is not None
     fixed = [("Fixed", place, NOTHING) for place in config.anchors.values()]
     coupled = [("Coupled", place or (0.0, 0.0), NOTHING) for place in config.fairleads.values()]
     free = [("Free", point.position, point) for point in config.points.values()]
+    options = {
+        "g": water.gravity,
+        "rho": water.density,
+        "WtrDpth": deepest,
+        "kBot": bed.stiffness,
+        "cBot": bed.damping,
+        "FrictionCoefficient": bed.friction,
+        "FricDamp": bed.friction_damping,
+        "TmaxIC": 200.0 if config.static_equilibrium else 0.0,
+    }
     return "\n".join(
         [
-            "MoorDyn v2 input file",
-            *_section(
+            *table(
                 "LINE TYPES",
-                "Name Diam MassDen EA BA/-zeta EI Cd Ca CdAx CaAx",
-                "(-) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)",
-                [_line_type(name, config) for name in config.line_types],
+                [
+                    " ".join([name, *map(repr, _of_type(kind))])
+                    for name, kind in config.line_types.items()
+                ],
             ),
-            *_section(
+            *table(
                 "POINTS",
-                "ID Type X Y Z M V FX FY FZ CdA CA",
-                "(-) (-) (m) (m) (m) (kg) (m^3) (N) (N) (N) (m^2) (-)",
                 [
                     f"{k} {kind} {' '.join(map(repr, (*in_space(at), *_of_point(point))))}"
                     for k, (kind, at, point) in enumerate([*fixed, *coupled, *free], 1)
                 ],
             ),
-            *_section(
+            *table(
                 "LINES",
-                "ID LineType AttachA AttachB UnstrLen NumSegs Outputs",
-                "(-) (-) (-) (-) (m) (-) (-)",
                 [
-                    f"{k + 1} {line.type} {number[line.from_]} {number[line.to]} "
+                    f"{k} {line.type} {number[line.from_]} {number[line.to]} "
                     f"{line.unstretched_length!r} {line.segments} -"
-                    for k, line in enumerate(config.lines.values())
+                    for k, line in enumerate(config.lines.values(), 1)
                 ],
             ),
             header("OPTIONS"),
-            *(f"{value} {key}" for value, key in _options(config, time_step, scheme, deepest)),
-            header("OUTPUTS"),
-            header("END"),
-            "",
+            *(f"{value!r} {key}" for key, value in options.items()),
         ]
     )
 
 
 def header(title: str) -> str:
     """A section's first line."""
-    return f"---------------------- {title} ----------------------"
+    return f"---------------------- {title.upper()} ----------------------"
 
 
-def _section(title: str, names: str, units: str, rows: Iterable[str]) -> list[str]:
-    return [header(title), names, units, *rows]
+def table(title: str, rows: Sequence[str]) -> list[str]:
+    """The lines of a section with `rows`, below lines for their names and units; none without rows.
+
+    Points always have a section: parted ends get there.
+    """
+    return [header(title), "-", "-", *rows] if rows or title == "points" else []
 
 
 def _of_point(point: FreePoint) -> tuple[float, ...]:
@@ -84,46 +90,16 @@ def _of_point(point: FreePoint) -> tuple[float, ...]:
     return point.mass, point.volume, *force, point.drag_area, point.added_mass_coefficient
 
 
-def _line_type(name: str, config: MooringConfig) -> str:
-    kind = config.line_types[name]
-    # MoorDyn reads a negative damping as a damping ratio
+def _of_type(kind: LineType) -> tuple[float, ...]:
     damping = kind.axial_damping
-    if damping is None:
-        damping = -(kind.axial_damping_ratio or 0.0)
-    values = (
+    return (
         kind.diameter,
         kind.mass_per_length,
         kind.axial_stiffness,
-        damping,
+        -(kind.axial_damping_ratio or 0.0) if damping is None else damping,  # MoorDyn's sign
         kind.bending_stiffness,
         kind.drag_coefficient,
         kind.added_mass_coefficient,
         kind.axial_drag_coefficient,
         kind.axial_added_mass_coefficient,
     )
-    return " ".join([name, *map(repr, values)])
-
-
-def _options(
-    config: MooringConfig, time_step: float, scheme: str, deepest: float
-) -> Iterable[tuple[str, str]]:
-    water, bed = config.water, config.seabed
-    assert water is not None
-    yield from (*QUIET, *RELAXATION)
-    if config.moves_water:
-        yield MOVING_WATER
-    yield "200" if config.static_equilibrium else "0", "TmaxIC"
-    for value, key in (
-        (water.gravity, "g"),
-        (water.density, "rho"),
-        (deepest, "WtrDpth"),
-        (bed.stiffness, "kBot"),
-        (bed.damping, "cBot"),
-        (bed.friction, "FrictionCoefficient"),
-        (bed.friction_damping, "FricDamp"),
-        (time_step, "dtM"),
-    ):
-        yield repr(value), key
-    yield scheme, "tScheme"
-    if bed.bathymetry is not None:
-        yield FILE, "SeafloorFile"

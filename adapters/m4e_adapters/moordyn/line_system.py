@@ -37,24 +37,18 @@ LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
 START_STRAIN = 0.002  # at the start, by this: steel yields there
 
 
-class LineSystem:
+class LineSystem(MoorDynSystem):
     """Mooring lines between fairleads that are moved from outside, and anchors.
 
     Parameters
     ----------
     text
         MoorDyn v2 input file.
-    runtime
-        Path of the runtime's library.
     fairleads
         The fixed y coordinate [m] of each fairlead, in the order of MoorDyn's coupled objects;
         None of those that move in space.
     lines
         The names of the lines, in MoorDyn's order.
-    time_step
-        The longest internal step [s].
-    order, share, kinds
-        As of `MoorDynSystem`.
     net
         Points and lines as `statics.Net` takes them; None if MoorDyn alone knows their equilibrium.
     at_rest
@@ -67,16 +61,13 @@ class LineSystem:
         Name and place [m] of the fairleads in a file that somebody else wrote, in its order.
     notes
         Warnings of every start.
-    files, ends, axes, inert, moving, winches
+    ends, axes, moving, more
         As of `MoorDynSystem`; no `ends`: one each, no `axes`: no rods.
     failures
         Ends of lines that part from what they are at, together: (line, end) numbers from 0, end 1
         for B; and the time [s] and tension [N] at which they do, None for never by itself.
     course
         The motion of the water at the nodes, a `water_course.WaterCourse`; None if it stands still.
-    place
-        The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
-        used.
 
     Attributes
     ----------
@@ -90,13 +81,8 @@ class LineSystem:
         self,
         text,
         *,
-        runtime,
         fairleads,
         lines,
-        time_step,
-        share,
-        order,
-        kinds,
         net,
         at_rest,
         names,
@@ -104,40 +90,28 @@ class LineSystem:
         bed,
         drawn=(),
         notes=(),
-        files=None,
         ends=(),
         axes=(),
-        inert=False,
         moving=False,
-        winches=(),
         failures=(),
         course=None,
-        place=None,
+        **more,
     ):
-        self._y = [None if y is None else float(y) for y in fairleads]
-        self._text, self._course = text, course
+        self._y = list(fairleads)
         ends = ends or [1] * len(self._y)
-        self._moordyn = MoorDynSystem(
-            files=files or {},
-            runtime=runtime,
+        super().__init__(
             ends=ends,
             axes=axes or [(0.0, 0.0, 0.0)] * len(ends),
-            inert=inert,
             moving=moving or course is not None,
             lines=len(lines),
             fixed=self._y,
-            winches=winches,
-            time_step=time_step,
-            share=share,
-            order=order,
-            kinds=kinds,
-            place=place,
             course=course,
+            **more,
         )
-        self._names, self._fairleads, self._placed = list(lines), names, placed
+        self._text, self._names, self._fairleads, self._placed = text, list(lines), names, placed
         self._bed, self._net, self._at_rest = bed, net, at_rest
         self._drawn, self._notes = drawn, list(notes)
-        self._winches, self._failures = winches, failures
+        self._failures = [([tuple(end) for end in ends], *when) for ends, *when in failures]
         self._buoyant = {
             point: (line, end)
             for line, one in enumerate(net["lines"] if net else ())
@@ -148,18 +122,12 @@ class LineSystem:
         self.parted = []
         self.warnings = []
         self._partings = []
-        self._stretched = set()  # the lines that were too long when last looked at
-        self._surfaced = set()  # the free points that were above the water when last looked at
-
-    @property
-    def running(self):
-        """True between `start` and `close`."""
-        return self._moordyn.running
+        self._doubted = set()  # of what the last warnings were
 
     @property
     def force(self):
         """Force [N] of the lines on the body at each fairlead, (F_x, F_z) or (F_x, F_y, F_z)."""
-        force = self._moordyn.force
+        force = self.forces
         return [
             (force[3 * k], force[3 * k + 2]) if y is not None else tuple(force[3 * k : 3 * k + 3])
             for k, y in enumerate(self._y)
@@ -174,30 +142,18 @@ class LineSystem:
         if self.parted and (line, end) in self._gone():
             return (0.0, 0.0, 0.0)
         at = 6 * line + 3 * end
-        return tuple(self._moordyn.end_force[at : at + 3])
+        return tuple(self.end_forces[at : at + 3])
 
     def tensions(self):
         """Magnitudes [N] of the forces at ends B and A of each line."""
-        force = self._moordyn.end_force[:]
-        for line, end in self._gone():
-            at = 6 * line + 3 * end
-            force[at : at + 3] = 0.0, 0.0, 0.0
-        ends = range(0, len(force), 6)
-        return [(hypot(*force[k + 3 : k + 6]), hypot(*force[k : k + 3])) for k in ends]
+        return [
+            (hypot(*self.end_force(k, 1)), hypot(*self.end_force(k, 0)))
+            for k in range(len(self._names))
+        ]
 
     def outputs(self):
         """Forces on the fairleads, along the axes on which they move, and tensions [N]: flat."""
         return [*chain(*self.force, *self.tensions())]
-
-    @property
-    def anchor_tension(self):
-        """Magnitude [N] of the force at end A of each line."""
-        return [anchor for _, anchor in self.tensions()]
-
-    @property
-    def fairlead_tension(self):
-        """Magnitude [N] of the force at end B of each line."""
-        return [fairlead for fairlead, _ in self.tensions()]
 
     def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
@@ -207,18 +163,18 @@ class LineSystem:
         """
         position = [tuple(p) for p in position]
         pairs = zip(position, self._y, strict=True)
-        flat = [x for place, y in pairs for x in in_space(place, y)]
+        flat = [*chain(*(p if len(p) == 3 else (p[0], y, p[1]) for p, y in pairs))]
         net, found = None, False
         if self._net is not None and all(map(isfinite, flat)):
             net = Net(self._net, flat, dict(zip(self._winches, winch, strict=False)))
-            found = net.settle_in(self._course.current) if self._course else net.settle()
+            found = net.settle_in(self.course.current) if self.course else net.settle()
         if found and self._at_rest:
             change = partial(with_nodes, net=net)
-            report = self._moordyn.create(self._text, flat, change=change)
+            report = self.create(self._text, flat, change=change)
         else:
-            report = self._moordyn.create(self._text, flat, search=True)
+            report = self.create(self._text, flat, search=True)
         self.parted = []
-        self._moordyn.begin(flat, winch)
+        self.begin(flat, winch)
         self.warnings = [
             *self._notes,
             *unplaced(self._fairleads, position, self._placed),
@@ -228,18 +184,17 @@ class LineSystem:
             *(high_anchors(self._net["points"], self._net["bed"]) if self._net else ()),
             *warnings_in(report, equilibrium_known=found),
         ]
-        if self._course:
-            self._course.begin(self._moordyn, t)
-            self._moordyn.evaluate()
+        if self.course:
+            self.course.begin(self, t)
+            self.evaluate()
         self._part_where_due(t)
         self.settle(velocity)
-        shortest = min(self._moordyn.lengths, default=inf)
+        shortest = min(self.lengths, default=inf)
         self.warnings += misplaced(self._drawn, position, shortest=shortest)
         remedy = "check the initial positions of its fairleads, and its length"
         self.warnings += self._beyond(START_STRAIN, remedy).values()
-        self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
-        self._surfaced = set()
-        self.warnings += self.surfaced() + self.partings()
+        self._doubted = set(self._beyond(LARGE_STRAIN, remedy))
+        self.warnings += self.news()
 
     def advance(self, t, h, position, velocity, winch=()):
         """Advance from t over h [s]: fairleads end at position + velocity·h. MooringError.
@@ -250,17 +205,9 @@ class LineSystem:
         step before in its middle; the velocity at the end is then its own. `winch` are length [m]
         at t and its rate [m/s] of each line that has a winch.
         """
-        place, speed = list(chain.from_iterable(position)), list(chain.from_iterable(velocity))
-        self._moordyn.advance(t, h, place, speed, winch)
+        self.step(t, h, position, velocity, winch)
         if self._falling:
             self._part_where_due(t + h)
-
-    def settle(self, velocity):
-        """Let the fairleads have this velocity [m/s] now, if it is another than was given last.
-
-        Forces follow: the axial damping of a line and the drag on its end depend on it.
-        """
-        self._moordyn.settle(list(chain.from_iterable(velocity)))
 
     def part(self, failure):
         """Let the ends of a failure, by its number, part from what they are at, unless they have.
@@ -268,20 +215,16 @@ class LineSystem:
         They go on at a free point of their own.
         """
         if failure not in self.parted:
-            ends = [self._moordyn.end_motion(*end) for end in self._parting(failure)[:1]]
+            ends = [self.end_motion(*end) for end in self._failures[failure][0][:1]]
             self.parted.append(failure)
-            self._moordyn.part(self._parted_text(), ends)
-
-    def _parting(self, failure):
-        """(line, end) of the ends of a failure."""
-        return [tuple(end) for end in self._failures[failure][0]]
+            self.replace(self._parted_text(), ends)
 
     def _gone(self):
         """(line, end) of all that have parted."""
-        return [end for k in self.parted for end in self._parting(k)]
+        return [end for k in self.parted for end in self._failures[k][0]]
 
     def _parted_text(self):
-        return with_free_ends(self._text, [self._parting(k) for k in self.parted])
+        return with_free_ends(self._text, [self._failures[k][0] for k in self.parted])
 
     def _part_where_due(self, t):
         for k, (ends, time, tension) in enumerate(self._failures):
@@ -293,35 +236,22 @@ class LineSystem:
                 self._partings.append(f"parted at t = {t:.6g} s: {', '.join(texts)}")
                 self.part(k)
 
-    def partings(self):
-        """A text for each failure that has happened by itself since the last call."""
-        texts, self._partings = self._partings, []
-        return texts
-
-    def node_position(self, line, node):
-        """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
-        return self._moordyn.node_position(line, node)
-
     def point_position(self, ends):
         """(x, y, z) [m] of a point at which (line, end) are that have not all parted from it."""
         left = [end for end in map(tuple, ends) if end not in self._gone()] or ends
-        return self._moordyn.end_motion(*left[0])[:3]
-
-    def along(self, line):
-        """x, y, z [m] and tension [N] at each node of a line, by its number from 0: flat."""
-        return self._moordyn.along(line)
+        return self.end_motion(*left[0])[:3]
 
     def touchdown(self, line, heights):
         """The part [m] of a line on a flat seabed, from end A on; nodes at `heights` [m]."""
-        return lying([z - self._bed for z in heights], self._moordyn.length(line))
+        return lying([z - self._bed for z in heights], self.length(line))
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
         return {
-            "system": self._moordyn.saved(),
-            "state": bytes(self._moordyn.state),
+            "system": self.saved(),
+            "state": bytes(self.state),
             "parted": list(self.parted),
-            "water": self._course.now if self._course else [],
+            "water": self.course.now if self.course else [],
         }
 
     def restore(self, saved):
@@ -329,24 +259,20 @@ class LineSystem:
 
         MooringError if it is of other lines.
         """
-        if not self._moordyn.running or self.parted != saved["parted"]:
+        if not self.running or self.parted != saved["parted"]:
             self.parted = list(saved["parted"])
-            self._moordyn.recreate(self._parted_text(), saved["state"])
-        self._moordyn.take_back(saved["system"], saved["state"])
-        if self._course:
-            self._course.now = saved["water"]
-
-    def close(self):
-        """Free MoorDyn's memory and files; the object can be started again."""
-        self._moordyn.close()
+            self.recreate(self._parted_text(), saved["state"])
+        self.take_back(saved["system"], saved["state"])
+        if self.course:
+            self.course.now = saved["water"]
 
     def _unrest(self, net):
         """A text for each line that does not start at rest; `net` is its equilibrium, if known."""
-        tensions = list(zip(self.anchor_tension, self.fairlead_tension, strict=True))
+        tensions = [(a, b) for b, a in self.tensions()]
         if net is not None:
             cause = "MoorDyn finds other forces than m4e_fmi" if self._at_rest else SWITCHED_OFF
             return away_from(net, self._names, tensions, cause)
-        forces, counts = self._moordyn.inner_forces(), self._moordyn.segments
+        forces, counts = self.inner_forces(), self.segments
         remedy = MORE_TIME if self._net is None and self._at_rest else LATER
         texts = left_over(self._names, forces, tensions, counts, remedy)
         if not texts and self._net is not None and self._at_rest:
@@ -354,43 +280,32 @@ class LineSystem:
             return [f"{NOT_FOUND}: it leaves {worst[0]:.3g} N on a node of {worst[1]}"]
         return texts
 
-    def surfaced(self):
-        """A text for each buoyant free point that came above the water since the last call."""
-        if not self._buoyant:
-            return []
+    def news(self):
+        """Texts on lines that parted or overstretched, and buoys that rose, since the last call."""
         heights = {
-            point: self._moordyn.end_place[6 * line + 3 * end + 2]
+            point: self.end_places[6 * line + 3 * end + 2]
             for point, (line, end) in self._buoyant.items()
             if (line, end) not in self._gone()
         }
-        found = above_water(self._net["points"], heights)
-        texts = [text for k, text in found.items() if k not in self._surfaced]
-        self._surfaced = set(found)
-        return texts
-
-    def overstretched(self):
-        """A text for each line that is stretched far beyond its length since the last call."""
         remedy = "check its length and stiffness, and the forces on the body"
         found = self._beyond(LARGE_STRAIN, remedy)
-        texts = [text for k, text in found.items() if k not in self._stretched]
-        self._stretched = set(found)
+        if heights:
+            found |= above_water(self._net["points"], heights)
+        texts = [text for key, text in found.items() if key not in self._doubted]
+        texts += self._partings
+        self._doubted, self._partings = set(found), []
         return texts
 
     def _beyond(self, strain, remedy):
         """A text, by number, for each line with ends further apart than (1 + strain)·length."""
         texts = {}
-        place = self._moordyn.end_place[:]
-        for k, length in enumerate(self._moordyn.lengths):
+        place = self.end_places[:]
+        for k, length in enumerate(self.lengths):
             distance = dist(place[6 * k : 6 * k + 3], place[6 * k + 3 : 6 * k + 6])
             if distance > (1 + strain) * length:
                 texts[k] = (
                     f"the ends of {self._names[k]} are {distance:.6g} m apart, "
                     f"{100 * (distance / length - 1):.3g} % beyond its unstretched length of "
-                    f"{length:.6g} m, and it pulls {self.fairlead_tension[k]:.3g} N: {remedy}"
+                    f"{length:.6g} m, and it pulls {self.tensions()[k][0]:.3g} N: {remedy}"
                 )
         return texts
-
-
-def in_space(place, y):
-    """(x, y, z) of (x, y, z), or of (x, z) and a fixed y."""
-    return tuple(place) if len(place) == 3 else (place[0], y, place[1])

@@ -102,6 +102,13 @@ _ARGUMENTS = {
     "ExternalWaveKinGetCoordinates": (c_void_p, c_void_p),
 }
 
+_LOOP = {
+    **dict.fromkeys(("evaluate", "settle"), (ctypes.POINTER(Lines), c_void_p)),
+    "advance": (ctypes.POINTER(Lines), c_double, c_double, c_void_p, c_void_p, c_void_p),
+    "nodes": (ctypes.POINTER(Lines), c_uint32, c_void_p),
+    "clean": (c_void_p, c_size_t),
+}
+
 
 @cache
 def moordyn():
@@ -111,24 +118,20 @@ def moordyn():
     places = [*folder.glob("moordyn.libs/*moordyn*"), *folder.glob("moordyn/.dylibs/*moordyn*")]
     if not places:
         raise MooringError(f"MoorDyn is not installed for {sys.executable}: {INSTALL}")
-    library = ctypes.CDLL(str(places[0]))
-    for name, arguments in _ARGUMENTS.items():
-        function = getattr(library, f"MoorDyn_{name}")
-        function.argtypes, function.restype = arguments, _RESULTS.get(name, c_int)
-    return library
+    return _library(places[0], "MoorDyn_", _ARGUMENTS)
 
 
 @cache
 def _runtime(path):
     """The runtime's library at `path`, kept for the process: the folder may go."""
+    return _library(path, "m4e_lines_", _LOOP)
+
+
+def _library(path, prefix, arguments):
     library = ctypes.CDLL(str(path))
-    vectors = {"evaluate": 1, "settle": 1, "advance": 3}
-    for name, count in vectors.items():
-        times = (c_double, c_double) if name == "advance" else ()
-        function = getattr(library, f"m4e_lines_{name}")
-        function.argtypes = (ctypes.POINTER(Lines), *times, *[c_void_p] * count)
-    library.m4e_lines_nodes.argtypes = (ctypes.POINTER(Lines), c_uint32, c_void_p)
-    library.m4e_lines_clean.argtypes = (c_void_p, c_size_t)
+    for name, types in arguments.items():
+        function = getattr(library, prefix + name)
+        function.argtypes, function.restype = types, _RESULTS.get(name, c_int)
     return library
 
 
@@ -172,32 +175,32 @@ class MoorDynSystem:
     ----------
     lengths, segments
         Unstretched length [m] and number of segments of each line.
-    force, end_force, end_place
+    forces, end_forces, end_places
         Forces [N] on fairleads, and of ends A and B of each line on what holds them, and the places
         [m] of these ends: flat.
     """
 
     def __init__(self, *, files, runtime, ends, axes, inert, moving, lines, fixed,
-                 winches, time_step, share, order, kinds, place, course):  # fmt: skip
+                 winches, time_step, share, order, kinds, course, place=None):  # fmt: skip
         self._files, self._place = files, place
-        self._lines_count, self._winches = lines, list(winches)
-        self._fairleads, self._library = sum(ends), _runtime(runtime)
+        self._winches, self._library = list(winches), _runtime(runtime)
         self._system = None
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self.lengths, self.segments = [], []
-        self._size = 0  # bytes of a saved state
+        self._size = c_size_t()  # bytes of a saved state
         self.course = course
         self._failure: Exception | None = None  # of the motion of the water
-        count, room = 3 * self._fairleads, CLOCK + 15 * self._fairleads + 12 * lines
+        count = 3 * len(fixed)
+        room = CLOCK + 5 * count + 12 * lines
         self.state = (c_double * (room + len(self._winches)))()
         sizes = ctypes.sizeof(c_double)
         view = (c_double * count).from_buffer
-        self.force = view(self.state, (CLOCK + 3 * count) * sizes)
+        self.forces = view(self.state, (CLOCK + 3 * count) * sizes)
         self.position = view(self.state, CLOCK * sizes)
-        self.end_force = (c_double * (6 * lines)).from_buffer(
+        self.end_forces = (c_double * (6 * lines)).from_buffer(
             self.state, (CLOCK + 5 * count) * sizes
         )
-        self.end_place = (c_double * (6 * lines)).from_buffer(
+        self.end_places = (c_double * (6 * lines)).from_buffer(
             self.state, (CLOCK + 5 * count + 6 * lines) * sizes
         )
         self._arrays = {
@@ -205,7 +208,7 @@ class MoorDynSystem:
             "segments": (c_uint32 * lines)(),
             "ends": (c_uint32 * len(ends))(*ends),
             "axes": (c_double * (3 * len(ends)))(*chain.from_iterable(axes)),
-            "fixed": (c_double * self._fairleads)(*[nan if y is None else y for y in fixed]),
+            "fixed": (c_double * len(fixed))(*[nan if y is None else y for y in fixed]),
             "winch": (c_uint32 * len(self._winches))(*self._winches),
             "state": self.state,
             "kinds": (c_double * (15 * lines))(*chain.from_iterable(kinds)),
@@ -214,7 +217,7 @@ class MoorDynSystem:
         self._sample = _SAMPLE(self._sampled)
         self._lines = Lines(
             lines=lines,
-            fairleads=self._fairleads,
+            fairleads=len(fixed),
             objects=len(ends),
             winches=len(self._winches),
             inert=inert,
@@ -263,9 +266,9 @@ class MoorDynSystem:
                 moordyn().MoorDyn_LoadState(self._system, str(path).encode())
         if failed:
             self.close()
-            raise MooringError(_not_started(position, console.text))
+            raise MooringError(_not_started(position, *console))
         self._connect()
-        return console.text
+        return "".join(console)
 
     def begin(self, position, lengths):
         """Take the forces at rest, fairleads at `position` [m] and winches at `lengths` [m]."""
@@ -277,14 +280,14 @@ class MoorDynSystem:
             self.course.be_calm(self)
         self.evaluate()
 
-    def part(self, text, points):
+    def replace(self, text, points):
         """Go on as the system of `text`, which has free points more, at (position, velocity).
 
         Its other objects are where they are; `points` are flat, [m] and [m/s].
         """
         with tempfile.TemporaryDirectory() as folder, console_kept():
             old = self._state_file(Path(folder) / "lines.state")
-        extended = with_points(old, points, self._lines_count)
+        extended = with_points(old, points, self._lines.lines)
         self.create(text, list(self.position), change=lambda _: extended)
         self.evaluate(self.state[CLOCK + len(self.position) : CLOCK + 2 * len(self.position)])
 
@@ -340,7 +343,7 @@ class MoorDynSystem:
         if os.name == "posix" and self._folder:  # open files need no name, and a kill leaves none
             self._folder.cleanup()
         self.lengths = []
-        for k in range(self._lines_count):
+        for k in range(lines.lines):
             line = library.MoorDyn_GetLine(self._system, k + 1)
             count, length = c_uint32(), c_double()
             library.MoorDyn_GetLineN(line, byref(count))
@@ -348,10 +351,11 @@ class MoorDynSystem:
             self._arrays["line"][k], self._arrays["segments"][k] = line, count.value
             self.lengths.append(length.value)
         self.segments, self._arrays["lengths"][:] = list(self._arrays["segments"]), self.lengths
-        room = 33 * self._fairleads + 6 * (max(self.segments, default=0) + 1)
+        room = 33 * lines.fairleads + 6 * (max(self.segments, default=0) + 1)
         self._arrays["work"] = (c_double * room)()
         lines.work = ctypes.addressof(self._arrays["work"])
-        lines.system, self._size = self._system, 0
+        lines.system = self._system
+        library.MoorDyn_Serialize(self._system, byref(self._size), None)
         if self.course:
             nodes = c_uint32()
             library.MoorDyn_ExternalWaveKinInit(self._system, byref(nodes))
@@ -365,23 +369,19 @@ class MoorDynSystem:
         self._done(self._library.m4e_lines_evaluate(self._at, given))
 
     def settle(self, velocity):
-        """Let fairleads have this velocity [m/s] now, unless it was set last; forces follow.
+        """Let the fairleads have this velocity [m/s] now, if it is another than was given last.
 
-        It is flat, as that of `advance`.
+        Forces follow: the axial damping of a line and the drag on its end depend on it.
         """
-        self._velocity[:] = velocity
+        self._velocity[:] = [*chain(*velocity)]
         self._done(self._library.m4e_lines_settle(self._at, self._velocity))
 
-    def advance(self, t, h, position, velocity, winch=()):
-        """A step from t over h [s]: fairleads end at position + velocity·h. MooringError.
-
-        Both are flat, (x, z) of a fairlead with a fixed y, else (x, y, z).
-        """
-        self._position[:], self._velocity[:], self._winch[:] = position, velocity, winch
+    def step(self, t, h, position, velocity, winch):
+        """A step as of `LineSystem.advance`."""
+        self._position[:], self._velocity[:] = [*chain(*position)], [*chain(*velocity)]
+        self._winch[:] = winch
         given = self._position, self._velocity, self._winch
-        status = self._library.m4e_lines_advance(self._at, t, h, *given)
-        if status:
-            self._done(status)
+        self._done(self._library.m4e_lines_advance(self._at, t, h, *given))
 
     def _done(self, status):
         if status:
@@ -420,14 +420,9 @@ class MoorDynSystem:
         """
         places = (c_double * (3 * self._lines.nodes))()
         moordyn().MoorDyn_ExternalWaveKinGetCoordinates(self._system, places)
-        speeds = (c_double * len(places))()
-        at = ctypes.addressof(speeds)
-        read, size = moordyn().MoorDyn_GetLineNodeVel, ctypes.sizeof(_VECTOR)
-        for line, last in zip(self._arrays["line"], self.segments, strict=True):
-            for k in range(last + 1):
-                read(line, k, at)
-                at += size
-        return places, speeds
+        nodes = ((k, n) for k, last in enumerate(self.segments) for n in range(last + 1))
+        speeds = [*chain.from_iterable(self.node_velocity(*node) for node in nodes)]
+        return places, speeds + [0.0] * (len(places) - len(speeds))
 
     def _read(self, what, line, node):
         """(x, y, z) of a node of a line, both from 0; nan where MoorDyn has no number."""
@@ -465,11 +460,7 @@ class MoorDynSystem:
     def saved(self):
         """All of MoorDyn's state, as bytes."""
         library = moordyn()
-        if not self._size:
-            size = c_size_t()
-            library.MoorDyn_Serialize(self._system, byref(size), None)
-            self._size = size.value
-        words = array("Q", bytes(self._size))
+        words = array("Q", bytes(self._size.value))
         at, count = words.buffer_info()
         library.MoorDyn_Serialize(self._system, None, at)
         self._library.m4e_lines_clean(at, count)
@@ -481,16 +472,13 @@ class MoorDynSystem:
         MooringError if its size is that of other lines.
         """
         # MoorDyn reads beyond the end of bytes that are too few
-        if not self._size:
-            self.saved()
-        if len(system) != self._size or len(state) != ctypes.sizeof(self.state):
+        if len(system) != self._size.value or len(state) != ctypes.sizeof(self.state):
             raise MooringError("the saved state is not one of these lines")
         moordyn().MoorDyn_Deserialize(self._system, system)
         self.state[:] = array("d", state)
 
     def close(self):
         """Free MoorDyn's memory and files; the system can be created again."""
-        self.lengths, self.segments = [], []
         if self._system:
             moordyn().MoorDyn_Close(self._system)
         self._system = None
@@ -502,29 +490,23 @@ class MoorDynSystem:
 def with_free_ends(text, groups):
     """A MoorDyn input text with each group of (line, end) at a free point of its own."""
     rows = text.splitlines()
-    lines = _table(rows, "LINES")
-    if not _table(rows, "POINTS"):
-        rows[lines[0] - 3 : lines[0] - 3] = ["--- POINTS ---", "-", "-"]
-        lines = _table(rows, "LINES")
-    points = _table(rows, "POINTS")
-    last = max((int(rows[k].split()[0]) for k in points), default=0)
+    points, lines = _table(rows, "POINTS"), _table(rows, "LINES")
+    last = len(points)
     for n, group in enumerate(groups, last + 1):
         for line, end in group:
             words = rows[lines[line]].split()
             words[2 + end] = str(n)
             rows[lines[line]] = " ".join(words)
-    at = points[-1] + 1 if points else lines[0] - 3
-    rows[at:at] = [f"{last + n} Free 0 0 {-n} 0 0 0 0" for n in range(1, len(groups) + 1)]
+    free = [f"{last + n} Free 0 0 {-n} 0 0 0 0" for n in range(1, len(groups) + 1)]
+    rows[points.stop : points.stop] = free
     return "\n".join([*rows, ""])
 
 
 def _table(rows, title):
     """Numbers of the rows of a table, below names and units."""
     opening = [k for k, row in enumerate(rows) if "---" in row]
-    begin = next((k for k in opening if rows[k].strip("- ") == title), None)
-    if begin is None:
-        return []
-    return list(range(begin + 3, next(k for k in opening if k > begin)))
+    begin = next(k for k in opening if rows[k].strip("- ") == title)
+    return range(begin + 3, next(k for k in opening if k > begin))
 
 
 def warnings_in(report, *, equilibrium_known):
@@ -557,9 +539,9 @@ def _not_started(position, report):
 
 @contextlib.contextmanager
 def console_kept():
-    """Keep the process's standard output and error, C++ included, in a file meanwhile."""
+    """Keep the process's standard output and error, C++ included; a list that gets them at last."""
     with tempfile.TemporaryFile() as file:
-        console = Console()
+        console = []
         _flush_c_streams()
         saved = []
         try:
@@ -574,13 +556,7 @@ def console_kept():
                 os.dup2(copy, descriptor)
                 os.close(copy)
             file.seek(0)
-            console.text = file.read().decode("utf-8", "replace")
-
-
-class Console:
-    """Keeper of what was written to file descriptors 1 and 2: `text`, once they are free."""
-
-    text = ""
+            console.append(file.read().decode("utf-8", "replace"))
 
 
 def _flush_c_streams():

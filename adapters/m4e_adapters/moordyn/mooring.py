@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import Any
 
 from m4e_adapters.hydrodynamics.config import Current
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
-from m4e_adapters.moordyn.ready_files.attachments import COUPLED, FIXED, FREE
+from m4e_adapters.moordyn.ready_files.attachments import COUPLED
 from m4e_adapters.moordyn.stability import (
     FLOW,
     MARGIN,
@@ -146,18 +145,6 @@ class Mooring:
         pairs = enumerate(self.at_lines)
         return [(k, end) for k, both in pairs for end in (0, 1) if both[end] == str(point)]
 
-    def named(self) -> Mooring:
-        """The same with names for the fixed and free points at which lines are: point_1, …"""
-        found = {
-            key: {
-                f"point_{row[0]}": int(row[0])
-                for row in self.rows("POINTS")
-                if row[1].upper() in words and self.ends_at(int(row[0]))
-            }
-            for key, words in (("anchors", FIXED), ("points", FREE))
-        }
-        return replace(self, **found)
-
     def described(self) -> dict[str, Any]:
         """The arguments of a `LineSystem`, but for its text and files: JSON values."""
         return {
@@ -183,36 +170,6 @@ class Mooring:
                 (failure.ends, failure.time, failure.tension) for failure in self.failures
             ],
         }
-
-    def in_space(self) -> Mooring:
-        """The same with fairleads that move along Y, too."""
-        moved, drawn = (
-            tuple(replace(fairlead, moves_in_space=True) for fairlead in group)
-            for group in (self.fairleads, self.drawn)
-        )
-        return replace(self, fairleads=moved, drawn=drawn)
-
-
-def net_line(
-    segment: Segment, *, ends: tuple[int, ...], count: int, length: float, gravity: float
-) -> dict[str, object]:
-    """A line of `count` segments as `statics.Net` takes it, of unstretched `length` [m].
-
-    `ends` are the numbers of its two points, from 0; gravity [m/s2].
-    """
-    density, diameter = segment.water_density, segment.diameter
-    return {
-        "ends": ends,
-        "segments": count,
-        "length": length,
-        "stiffness": segment.axial_stiffness,
-        "bending": segment.bending_stiffness,
-        "weight": segment.mass_per_length * gravity,
-        "buoyancy": density * gravity * math.pi * diameter**2 / 4,
-        "diameter": diameter,
-        "drag": 0.5 * density * diameter * segment.drag_coefficient,
-        "axial_drag": 0.5 * density * diameter * math.pi * segment.axial_drag_coefficient,
-    }
 
 
 def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | None) -> float:

@@ -6,7 +6,7 @@ Travels inside the FMU: imports the standard library only. A `net` is a `statics
 those of the description it was made from.
 """
 
-from math import hypot
+from math import dist
 
 HIGH = 5.0, 0.05  # [m], and of the depth: so far above the seabed an anchor may be without a word
 CLEAR = 1e-3  # [m] above the water
@@ -29,10 +29,11 @@ def high_anchors(points, bed):
 
 
 def above_water(points, heights):
-    """A text, by number, for each buoyant free point above the water, of those with z [m]."""
+    """A text, by its number, for each buoyant free point above the water, of those with z [m]."""
     return {
-        k: f"free {points[k]['name']} is at z = {z:+.3g} m, above the water, and its buoyancy of "
-        f"{points[k]['buoyancy']:.4g} N is not reduced there: give it less volume or a shorter line"
+        f"point {k}": f"free {points[k]['name']} is at z = {z:+.3g} m, above the water, and its "
+        f"buoyancy of {points[k]['buoyancy']:.4g} N is not reduced there: give it less volume or a "
+        "shorter line"
         for k, z in heights.items()
         if points[k].get("buoyancy") and z > CLEAR
     }
@@ -68,21 +69,14 @@ def misplaced(drawn, position, *, shortest):
     `drawn` is the name and the place [m] of each, `position` where it is [m]; `shortest` is the
     length [m] of the shortest line.
     """
-    tolerance = min(DIGITS, SHARE * shortest)
-
-    def distance(k):
-        return hypot(*(c - at for c, at in zip(position[k], drawn[k][1:], strict=True)))
-
-    return [
-        f"{_placed(drawn, position, k)}, {distance(k):.4g} m away: check the connection, the "
-        "initial position of its body, and the origin and the order of the points in the file"
-        for k in range(len(drawn))
-        if distance(k) > tolerance
-    ]
-
-
-def _placed(drawn, position, k):
-    """Where fairlead `k` starts, and where it is in the file."""
-    name, *at = drawn[k]
-    starts, drawn_at = (", ".join(f"{c:.6g}" for c in place) for place in (position[k], at))
-    return f"{name} starts at ({starts}) m and is at ({drawn_at}) m in the file"
+    texts = []
+    for (name, *at), place in zip(drawn, position, strict=bool(drawn)):
+        away = dist(place, at)
+        if away > min(DIGITS, SHARE * shortest):
+            starts, there = (", ".join(f"{c:.6g}" for c in p) for p in (place, at))
+            texts.append(
+                f"{name} starts at ({starts}) m and is at ({there}) m in the file, {away:.4g} m "
+                "away: check the connection, the initial position of its body, and the origin and "
+                "the order of the points in the file"
+            )
+    return texts

@@ -105,8 +105,7 @@ class MooringSlave(M4eSlave):
         values = self.values
         motion = [values[self._place]], [values[self._speed]]
         self._lines.advance(t, h, *motion, values[self._winch])
-        told = self._lines.overstretched() + self._lines.surfaced() + self._lines.partings()
-        self._warn(told)
+        self._warn(self._lines.news())
 
     def update(self):
         """Set the outputs for the present inputs."""

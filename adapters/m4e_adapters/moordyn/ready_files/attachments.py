@@ -22,7 +22,6 @@ PINNED = ("VESSELPINNED", "VESPIN", "CPLDPIN", "COUPLEDPINNED")
 FIXED = ("ANCHOR", "FIXED", "FIX")
 FREE = ("POINT", "CONNECT", "CON", "FREE")
 BODY = re.compile(r"BODY0*(\d+)(PINNED|PIN)?")
-HINGED = ("PINNED", "PIN")  # of rods
 LETTERS = re.compile(r"[A-Z]*")
 POINT_END = re.compile(r"(?:CON|C|POINT|P)?0*(\d+)")
 ROD_END = re.compile(r"R(?:OD)?0*(\d+)([AB])")
@@ -41,14 +40,10 @@ class Attachments:
         self.bodies = {row.words[0]: row for row in file.rows("bodies")}
 
     def check(self) -> None:
-        """Note kinds that are not supported, what MoorDyn leaves out, and loose points."""
+        """Note what MoorDyn leaves out or would misread, and loose points."""
         for row in self.bodies.values():
             self._check_body(row)
         for row in self.file.rows("rods"):
-            kinds = (*FIXED, *HINGED, *FREE, *COUPLED, *PINNED)
-            if not (BODY.fullmatch(row.words[2].upper()) or _kind(row, 2) in kinds):
-                remedy = suggestion(row.words[2], ("Fixed", "Pinned", "Coupled", "Free"), "types")
-                self.file.wrong(row, f"rods of type {row.words[2]!r} are not supported", remedy, 2)
             if self.moved(row, 2) and float(row.words[9]) == 0:
                 message = "a coupled rod without length has no direction"
                 self.file.wrong(row, message, "make it a coupled point", 9)
@@ -56,23 +51,20 @@ class Attachments:
         for row in self.file.rows("points"):
             if self.moved(row):
                 self._note_inertia(row)
-            elif not (self.free(row) or self.held(row) or BODY.fullmatch(row.words[1].upper())):
-                message = f"points of type {row.words[1]!r} are not supported"
-                self.file.wrong(row, message, "use 'Fixed', 'Coupled', 'Free' or 'Body1'", 1)
             if row.words[0] not in used and self.free(row):
                 remedy = "remove it, or let a line end there"
                 self.file.wrong(row, f"no line ends at point {row.words[0]}", remedy)
 
     def moved(self, row: Row, kind: int = 1) -> bool:
         """True if a point, or what has its `kind` in another column, is moved from outside."""
-        body = BODY.fullmatch(row.words[kind].upper())
+        body = BODY.match(row.words[kind].upper())
         if body:
             return _kind(self.bodies[body[1]]) in COUPLED
         return _kind(row, kind) in (*COUPLED, *PINNED)
 
     def hinged(self, row: Row) -> bool:
         """True if a rod that is moved turns about its end A."""
-        body = BODY.fullmatch(row.words[2].upper())
+        body = BODY.match(row.words[2].upper())
         return bool(body[2]) if body else _kind(row, 2) in PINNED
 
     def coupled(self) -> Iterator[tuple[Row, tuple[Place, ...]]]:
@@ -115,7 +107,7 @@ class Attachments:
 
     def _in_world(self, kind: str, words: tuple[str, ...]) -> Place:
         x, y, z = map(float, words)
-        body = BODY.fullmatch(kind.upper())
+        body = BODY.match(kind.upper())
         if not body:
             return x, y, z
         pose = [float(word) for word in self.bodies[body[1]].words[POSE]]

@@ -14,7 +14,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from m4e_adapters.moordyn.line_file import header
+from m4e_adapters.moordyn.line_file import header, table
 from m4e_adapters.moordyn.ready_files.attachments import ENDS, FREE, ends_of
 from m4e_adapters.moordyn.ready_files.named_files import (
     CURVES,
@@ -24,6 +24,7 @@ from m4e_adapters.moordyn.ready_files.named_files import (
     NamedFiles,
 )
 from m4e_adapters.moordyn.ready_files.read_file import (
+    HEADING,
     TABLES,
     ReadFile,
     Row,
@@ -36,7 +37,6 @@ from m4e_fmi.errors import suggestion
 Column = tuple[str, float, float]
 """Name of a number, its least and its largest value [SI; degrees]."""
 PLACE, ANGLE = ("coordinate", -1e7, 1e7), ("angle", -360.0, 360.0)
-FORCE = ("constant force", -1e12, 1e12)
 MASS, VOLUME, DIAMETER = ("mass", 0.0, 1e12), ("volume", 0.0, 1e9), ("diameter", 1e-6, 1e3)
 DRAG, ADDED_MASS = ("drag coefficient Cd", 0.0, 1e3), ("added mass coefficient Ca", 0.0, 1e3)
 COLUMNS: dict[str, dict[int, Column]] = {
@@ -74,7 +74,21 @@ COLUMNS: dict[str, dict[int, Column]] = {
         **dict.fromkeys(range(3, 9), PLACE),
         9: ("number of segments", 0, 1000),  # 0: a rod without length
     },
-    "points": {**dict.fromkeys((2, 3, 4), PLACE), 5: MASS, 6: VOLUME},
+    "points": {
+        **dict.fromkeys((2, 3, 4), PLACE),
+        5: MASS,
+        6: VOLUME,
+        7: ("drag area CdA", 0.0, 1e9),
+        8: ADDED_MASS,
+    },
+    "points with a force": {
+        **dict.fromkeys((2, 3, 4), PLACE),
+        5: MASS,
+        6: VOLUME,
+        **dict.fromkeys((7, 8, 9), ("constant force", -1e12, 1e12)),
+        10: ("drag area CdA", 0.0, 1e9),
+        11: ADDED_MASS,
+    },
     "lines": {4: ("unstretched length", 1e-3, 1e6), 5: ("number of segments", 1, 1000)},
     "syrope ic": {1: ("tension Tmax0", 0.0, 1e15), 2: ("tension Tmean0", 0.0, 1e15)},
     "failure": {3: ("time of failure", 0.0, 1e12), 4: ("tension of failure", 0.0, 1e15)},
@@ -137,14 +151,8 @@ def check(file: ReadFile, named: NamedFiles) -> None:
         remedy = "add it, or name a MoorDyn v2 input file"
         file.wrong(None, "the section LINES is missing or empty", remedy)
         return
-    for row in file.headless:
-        message = "one of two lines above the rows of this table, names and units, is missing"
-        remedy = "write it above this row, as '(-) (-)': MoorDyn would leave this row out instead"
-        file.wrong(row, message, remedy)
-    for row in file.strange:
-        message = "the section of this row is unknown, or there a second time"
-        known = ", ".join((*TABLES, "failure", "options")).upper()
-        file.wrong(row, message, f"MoorDyn would leave it out; sections are {known}")
+    for row, message, remedy in file.lost:
+        file.wrong(row, message, f"MoorDyn would leave it out: {remedy}")
     for section in (*TABLES, "failure"):
         for row in file.rows(section):
             _check_numbers(file, section, row)
@@ -163,15 +171,23 @@ def check(file: ReadFile, named: NamedFiles) -> None:
 
 def check_places(file: ReadFile, places: dict[str, tuple[float, float, float]]) -> None:
     """Note what is below the seabed, and lines and rods without length; places [m], world frame."""
-    for row in file.rows("points"):
-        _check_depth(file, row, f"point {row.words[0]}", places[row.words[0]][2])
+    heights = [
+        (row, f"point {row.words[0]}", places[row.words[0]][2]) for row in file.rows("points")
+    ]
+    heights += [
+        (row, f"rod {row.words[0]}", min(float(row.words[5]), float(row.words[8])))
+        for row in file.rows("rods")
+        if row.words[2].upper() in FREE
+    ]
+    for row, what, z in heights:
+        if z < -file.depth - CLOSE:
+            message = f"{what} at z = {z:g} m is below the seabed at {-file.depth:g} m"
+            file.wrong(row, message, f"raise it, or make WtrDpth at least {-z:g}")
     for row in file.rows("rods"):
         ends = [float(word) for word in row.words[ENDS]]
         if math.dist(ends[:3], ends[3:]) < CLOSE and float(row.words[9]) > 0:
             message = f"both ends of rod {row.words[0]} are at one place"
             file.wrong(row, message, "move one, or give a rod without length 0 segments")
-        if row.words[2].upper() in FREE:
-            _check_depth(file, row, f"rod {row.words[0]}", min(ends[2], ends[5]))
     for row in file.rows("lines"):
         ends = [places[end] for end in ends_of(row) if end in places]
         if len(ends) == 2 and math.dist(*ends) < CLOSE:
@@ -179,20 +195,10 @@ def check_places(file: ReadFile, places: dict[str, tuple[float, float, float]]) 
             file.wrong(row, message, "MoorDyn cannot lay out such a line: move one of its points")
 
 
-def _check_depth(file: ReadFile, row: Row, what: str, z: float) -> None:
-    if z < -file.depth - CLOSE:
-        message = f"{what} at z = {z:g} m is below the seabed at {-file.depth:g} m"
-        file.wrong(row, message, f"raise it, or make WtrDpth at least {-z:g}")
-
-
 def _check_numbers(file: ReadFile, section: str, row: Row) -> None:
     """Note the words of `row` that are not numbers, or none that can be meant."""
-    columns = COLUMNS[section]
-    if section == "points":
-        forces = dict.fromkeys((7, 8, 9), FORCE) if has_force(row) else {}
-        last = 7 + len(forces)
-        drag = ("drag area CdA", 0.0, 1e9)
-        columns = columns | forces | {last: drag, last + 1: ("added mass CA", 0.0, 1e3)}
+    forced = section == "points" and has_force(row)
+    columns = COLUMNS["points with a force" if forced else section]
     for k, (name, least, largest) in columns.items():
         word = row.words[k] if k < len(row.words) else ""
         values = word.split("|") if (section, k) in SEVERAL else [word]
@@ -219,9 +225,7 @@ def _check_number(
         return
     kind = "whole number" if whole else "number"
     message = f"{name}: {word!r} is not a {kind} between {limits[0]:g} and {limits[1]:g}"
-    remedy = "give all columns of the row, in SI units (angles in degrees)"
-    if row in file.rows("options"):
-        remedy = "remove the line for the default"
+    remedy = "give all columns in SI units (angles in degrees); remove an option for its default"
     file.wrong(row, message, remedy, k)
 
 
@@ -267,14 +271,11 @@ def _check_options(file: ReadFile) -> None:
 
 def _check_by_moordyn(file: ReadFile, named: NamedFiles) -> None:
     """Note what MoorDyn says of the tables of `file`, at the row that it names."""
-    text: list[str] = ["MoorDyn v2 input file"]
+    text = ["MoorDyn v2 input file"]
     rows: dict[int, Row] = {}
     for section in TABLES:
-        if file.rows(section):
-            text += [header(section.upper()), "-", "-"]
-        for row in file.rows(section):
-            text.append(" ".join(row.words))
-            rows[len(text)] = row
+        rows |= enumerate(file.rows(section), len(text) + HEADING + 2)
+        text += table(section, [" ".join(row.words) for row in file.rows(section)])
     options = [row for key, row in file.options.items() if key in PASSED]
     text += [header("OPTIONS"), *(" ".join(row.words[:2]) for row in options), header("END"), ""]
     waves = file.option("wavekin", 0.0) > 1

@@ -17,7 +17,7 @@ from types import MappingProxyType
 
 from m4e_fmi.errors import InputError, Problem, missing_file
 from m4e_fmi.files.file_kinds import check_named
-from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_LINE_FILE
 
 TITLES = {
@@ -42,6 +42,14 @@ TITLES = {
 }
 TABLES = ("line types", "rod types", "bodies", "rods", "points", "lines", "syrope ic")
 HEADING = 2  # lines of a table before its rows: names and units
+HEADLESS = (
+    "one of two lines above the rows of this table, names and units, is missing",
+    "write it above this row, as '(-) (-)'",
+)
+STRANGE = (
+    "the section of this row is unknown, or there a second time",
+    f"sections are {', '.join((*TABLES, 'failure', 'options')).upper()}",
+)
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 WORD = re.compile(r"\S+")
 SUFFIXES = (".dat", ".txt", ".inp", ".in", ".moordyn", ".md")  # of names of files
@@ -78,18 +86,24 @@ class ReadFile:
     """Rows and options of one file; `problems` and `notes` grow with what is found in it.
 
     `options` are the rows of the options by MoorDyn's names in small letters, the last of each;
-    `given` are values of options that the file may leave out.
-    `headless` are the first rows of tables whose names or units are missing; `strange` those of
-    sections that are unknown or a second one of their kind.
+    `given` are values of options that the file may leave out; `text` is its content if there is no
+    file at `path`.
+    `lost` are rows that MoorDyn skips, as of `tables`.
     """
 
-    def __init__(self, path: Path, given: Mapping[str, float] = MappingProxyType({})) -> None:
+    def __init__(
+        self,
+        path: Path,
+        given: Mapping[str, float] = MappingProxyType({}),
+        *,
+        text: str | None = None,
+    ) -> None:
         self.path = path
         self.problems: list[Problem] = []
         self.notes: list[str] = []
-        text = _text(path)
+        text = _text(path) if text is None else text
         self._lines = text.splitlines()
-        self.tables, self.headless, self.strange = tables(text)
+        self.tables, self.lost = tables(text)
         self.options = {option_name(row): row for row in self.rows("options") if row.words[1:]}
         for key, value in given.items():
             row = self.options.setdefault(key, Row((repr(value), key), 0))
@@ -125,29 +139,29 @@ class ReadFile:
         )
 
 
-def tables(text: str) -> tuple[dict[str, tuple[Row, ...]], list[Row], list[Row]]:
+def tables(text: str) -> tuple[dict[str, tuple[Row, ...]], list[tuple[Row, str, str]]]:
     """The rows of every section of a file, by the names in TITLES, and those that MoorDyn skips.
 
-    These are the first rows of tables whose names or units are missing, and the first rows of
-    sections of an unknown title, or of one that was there before.
+    These are, with reason and remedy, the first rows of tables whose names or units are missing,
+    and of sections of an unknown title, or of one that was there before.
     """
     lines = text.splitlines()
     openings = [k for k, line in enumerate(lines) if "---" in line]
     found: dict[str, tuple[Row, ...]] = {}
-    headless, strange = [], []
+    lost = []
     for opening, end in pairwise([*openings, len(lines)]):
         title = lines[opening].upper()
         section = next((s for s, known in TITLES.items() if any(k in title for k in known)), None)
         rows = [_row(lines[k], k) for k in range(opening + 1, end)]
         if section is None or section in found:
-            strange += list(filter(_is_data, rows))[:1]
+            lost += [(row, *STRANGE) for row in rows if _is_data(row)][:1]
             continue
         if section not in ("options", "outputs"):
             early = next((k for k, row in enumerate(rows[:HEADING]) if _is_data(row)), HEADING)
-            headless += rows[early:HEADING][:1]
+            lost += [(row, *HEADLESS) for row in rows[early:HEADING][:1]]
             rows = rows[early:]
         found[section] = tuple(row for row in rows if row.words)
-    return found, headless, strange
+    return found, lost
 
 
 def number(word: str) -> bool:
@@ -182,13 +196,11 @@ def _is_data(row: Row) -> bool:
 def _text(path: Path) -> str:
     check_named(path, SUFFIXES, "MoorDyn file")
     try:
-        try:
-            return read_text(path, encoding="utf-8-sig", largest=LARGEST_LINE_FILE)
-        except UnicodeDecodeError:  # of units like m³ in older files
-            return read_text(path, encoding="latin-1", largest=LARGEST_LINE_FILE)
+        content = read_bytes(path, largest=LARGEST_LINE_FILE)
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         message, remedy = missing_file(path, "MoorDyn file")
         raise InputError.single(message, remedy, keys=("file",)) from None
     except (OSError, TooLongError) as error:
         message = f"MoorDyn file cannot be read: {error}"
         raise InputError.single(message, "name a MoorDyn v2 input file", str(path)) from None
+    return content.decode("utf-8-sig", "replace")  # older files have units like m³ in latin-1

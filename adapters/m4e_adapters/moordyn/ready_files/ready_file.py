@@ -8,14 +8,13 @@ its failures are left to the adapter, and what is taken otherwise is in the moor
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Container, Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
-from m4e_adapters.moordyn.line_file import MOVING_WATER, QUIET, RELAXATION, header
+from m4e_adapters.moordyn.line_file import MOVING_WATER, QUIET, RELAXATION, header, table
 from m4e_adapters.moordyn.mooring import (
     Failure,
     Fairlead,
@@ -24,7 +23,6 @@ from m4e_adapters.moordyn.mooring import (
     Sea,
     internal_step,
     kinds_of,
-    net_line,
 )
 from m4e_adapters.moordyn.ready_files.attachments import (
     BODY,
@@ -45,6 +43,8 @@ from m4e_adapters.moordyn.ready_files.read_file import (
     number,
 )
 from m4e_adapters.moordyn.stability import (
+    FLOW,
+    MARGIN,
     SCHEMES,
     STRAIN,
     Segment,
@@ -60,6 +60,7 @@ GIVEN = {"depth": "wtrdpth", "density": "rho", "gravity": "g"}  # by `water` of 
 REPLACED = {"cfl", "writeunits", "dtout", "fileic", *ELSEWHERE}
 """Options that have no effect or are answered otherwise."""
 FREE_STEP = 0.01  # [s] internal step of bodies and rods without lines
+DRAG_AREA = 7  # word of a point without a force; its added mass is the next
 LIFT = 10  # word of a line type: its lift coefficient
 
 
@@ -69,6 +70,7 @@ def ready_mooring(
     fairleads: Mapping[str, tuple[float, ...] | None],
     sea: Callable[[float, float], Sea | None] = lambda *_: None,
     water: Mapping[str, float] = MappingProxyType({}),
+    in_space: bool = False,
 ) -> Mooring:
     """The mooring of a MoorDyn file; what it moves from outside has fairleads, in MoorDyn's order.
 
@@ -79,7 +81,8 @@ def ready_mooring(
     coupled bodies, and the point where a coupled body or rod is pinned; pinned bodies come first,
     then rods, then points. `fairleads` names them and may give their start (x, z) or (x, y, z) [m];
     empty: fairlead_1, fairlead_2, …, of rods fairlead_1_a and fairlead_1_b.
-    Lines are line_1, line_2, … InputError with every problem.
+    They move along Y, too, if they are `in_space`. Lines are line_1, line_2, …, and fixed and free
+    points at which they end point_1, … by their numbers. InputError with every problem.
     """
     file = ReadFile(Path(path), {GIVEN[key]: value for key, value in water.items()})
     named = NamedFiles(file)
@@ -89,7 +92,7 @@ def ready_mooring(
     attached.check()
     check_places(file, {row.words[0]: attached.place(row) for row in file.rows("points")})
     moved = list(attached.coupled())
-    points = _fairleads(file, moved, fairleads)
+    points = _fairleads(file, moved, fairleads, in_space=in_space)
     failures = tuple(_failure(file, row) for row in file.rows("failure"))
     inert = len(moved) > sum(row in file.rows("points") for row, _ in moved)
     if failures and inert:
@@ -97,32 +100,34 @@ def ready_mooring(
         file.wrong(file.rows("failure")[0], "lines of coupled rods and pins do not fail", remedy)
     InputError.raise_for(file.problems)
     around = sea(file.depth, file.option("g", WATER["g"]))
-    segments = _segments(file, attached, named)
-    moving = _with_moving_nodes(file, attached, segments)
+    sloped = "seafloorfile" in file.options
+    shallowest = 0.0 if sloped else file.depth
+    lines = [f"line_{k + 1}" for k in range(len(file.rows("lines")))]
+    segments = segments_of(file, attached, named, lines=lines, depth=shallowest)
+    moving = with_moving_nodes(file, attached, segments)
     scheme, step = _integration(file, moving)
     _note(file, around)
     InputError.raise_for(file.problems)
     ropes = [word for row in file.rows("line types") for word in row.words[3:6]]
-    sloped = "seafloorfile" in file.options
     level = file.option("currents", 0.0) == 0 and not sloped
     plain = level and bool(segments) and attached.simple() and all(map(number, ropes))
-    net = _net(file, attached, segments) if plain else None
+    net = net_of(file, attached, segments) if plain else None
     integration = [(repr(step), "dtM"), (scheme, "tScheme")]
     if around:
         integration.append(MOVING_WATER)
     return Mooring(
-        text=_text(file, attached, integration, known=bool(net)),
+        text=text_of(file, attached, integration, known=bool(net)),
         fairleads=points,
         lines=tuple(segments),
         time_step=step,
         net=net,
         at_rest=file.option("tmaxic", 1.0) > 0,
         bed=-file.depth,
-        drawn=_fairleads(file, moved, dict.fromkeys(fairleads)),
+        drawn=_fairleads(file, moved, dict.fromkeys(fairleads), in_space=in_space),
         notes=tuple(file.notes),
         sea=around,
         scheme=scheme,
-        kinds=kinds_of(segments, moving, bed=0.0 if sloped else -file.depth),
+        kinds=kinds_of(segments, moving, bed=-shallowest),
         files=named.contents,
         ends=tuple(len(places) for _, places in moved),
         axes=tuple(_axis(places) for _, places in moved),
@@ -130,6 +135,8 @@ def ready_mooring(
         moving=file.option("wavekin", 0.0) > 1 or file.option("currents", 0.0) > 0,
         failures=failures,
         no_way_back=_no_way_back(file),
+        anchors=_named(file, attached.held),
+        points=_named(file, attached.free),
     )
 
 
@@ -137,6 +144,8 @@ def _fairleads(
     file: ReadFile,
     moved: list[tuple[Row, tuple[Place, ...]]],
     given: Mapping[str, tuple[float, ...] | None],
+    *,
+    in_space: bool,
 ) -> tuple[Fairlead, ...]:
     """The fairleads of what is `moved`, under the names of `given` if there are any."""
     known = [
@@ -153,8 +162,16 @@ def _fairleads(
     found = []
     for name, (_, (x, y, z)) in zip(names, known, strict=True):
         place = given.get(name) or (x, y, z)
-        found.append(Fairlead(name, place[0], place[1] if len(place) == 3 else y, place[-1]))
+        y = place[1] if len(place) == 3 else y
+        found.append(Fairlead(name, place[0], y, place[-1], moves_in_space=in_space))
     return tuple(found)
+
+
+def _named(file: ReadFile, fits: Callable[[Row], bool]) -> dict[str, int]:
+    """Names and numbers of points that fit, at which lines end."""
+    used = {end for row in file.rows("lines") for end in ends_of(row)}
+    numbers = [row.words[0] for row in file.rows("points") if fits(row) and row.words[0] in used]
+    return {f"point_{number}": int(number) for number in numbers}
 
 
 def _axis(places: tuple[Place, ...]) -> Place:
@@ -193,16 +210,9 @@ def _integration(file: ReadFile, segments: dict[str, Segment]) -> tuple[str, flo
             2 * math.pi * s.length * math.sqrt(s.mass_per_length / s.axial_stiffness)
             for s in segments.values()
         )
-    try:
-        longest = internal_step(segments, scheme=scheme, wanted=None)
-    except InputError as error:
-        for problem in error.problems:
-            file.wrong(step, problem.message, problem.remedy)
-        return scheme, 0.0
-    if wanted is None:
-        return scheme, longest if segments else FREE_STEP
-    with suppress(InputError):
-        return scheme, internal_step(segments, scheme=scheme, wanted=wanted)
+    longest = internal_step(segments, scheme=scheme, wanted=None) if segments else FREE_STEP
+    if wanted is None or not segments or wanted <= longest / MARGIN:
+        return scheme, wanted or longest
     name = " ".join(step.words[:2]) if step else ""
     file.notes.append(f"{name} of the file would be {wanted:.3g} s: steps are of {longest:.3g} s")
     return scheme, longest
@@ -243,23 +253,36 @@ def _note(file: ReadFile, around: Sea | None) -> None:
         )
 
 
-def _segments(file: ReadFile, attached: Attachments, named: NamedFiles) -> dict[str, Segment]:
-    """A segment of every line."""
+def segments_of(
+    file: ReadFile,
+    attached: Attachments,
+    named: NamedFiles,
+    *,
+    lines: Iterable[str],
+    depth: float,
+    winches: Container[int] = (),
+) -> dict[str, Segment]:
+    """A segment of every line, under their names in `lines`.
+
+    `depth` [m] is the least one of the seabed; the length of lines numbered in `winches` changes.
+    """
     types = {row.words[0]: row.words for row in file.rows("line types")}
     held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
     friction = file.option("frictioncoefficient", 0.0) * file.option("fricdamp", FRICTION_DAMPING)
     found = {}
-    for k, row in enumerate(file.rows("lines")):
+    points = {row.words[0]: row for row in file.rows("points") if attached.free(row)}
+    for k, (name, row) in enumerate(zip(lines, file.rows("lines"), strict=True)):
         ends, length, count = ends_of(row), float(row.words[4]), int(float(row.words[5]))
         words = types[row.words[1]]
         d, m, cd, ca, cdax, caax = (float(words[k]) for k in (1, 2, 6, 7, 8, 9))
         ea, least, ba, rate = _rope(words, named)
         piece = length / count
         anchors = [held[end] for end in ends if end in held]
-        depth = 0.0 if "seafloorfile" in file.options else file.depth
-        clear = clear_of_seabed(anchors, length=length, depth=depth)
+        clear = k not in winches and clear_of_seabed(anchors, length=length, depth=depth)
+        density = file.option("rho", WATER["rho"])
+        rates = [_decay(points[end], density, m * piece) for end in ends if end in points]
         ratio = damping_of_ratio(-ba, length=piece, mass_per_length=m, axial=ea)
-        found[f"line_{k + 1}"] = Segment(
+        found[name] = Segment(
             length=piece,
             diameter=d,
             mass_per_length=m,
@@ -268,16 +291,24 @@ def _segments(file: ReadFile, attached: Attachments, named: NamedFiles) -> dict[
             bending_stiffness=_slopes(words[5], named)[0],
             seabed_stiffness=0.0 if clear else file.option("kbot", SEABED["kbot"]),
             seabed_damping=0.0 if clear else file.option("cbot", SEABED["cbot"]),
-            water_density=file.option("rho", WATER["rho"]),
+            water_density=density,
             drag_coefficient=cd,
             added_mass_coefficient=ca,
             axial_drag_coefficient=cdax,
             axial_added_mass_coefficient=caax,
-            friction=friction,
-            decay=rate,
+            friction=0.0 if clear else friction,
+            decay=max(rate, *rates, 0.0),
             least_stiffness=least,
         )
     return found
+
+
+def _decay(point: Row, density: float, mass: float) -> float:
+    """Decay rate [1/s] of a free point by its drag, half a segment of `mass` [kg] at it."""
+    k = DRAG_AREA + 3 * has_force(point)
+    own, volume, area, added = (float(point.words[at]) for at in (5, 6, k, k + 1))
+    whole = own + density * volume * added + mass / 2
+    return density * area * FLOW / whole
 
 
 def _rope(words: tuple[str, ...], named: NamedFiles) -> tuple[float, float, float, float]:
@@ -304,7 +335,7 @@ def _slopes(word: str, named: NamedFiles) -> Slopes:
     return named.curves.get(word.removeprefix(SYROPE)) or (float(word), float(word), 0.0)
 
 
-def _with_moving_nodes(
+def with_moving_nodes(
     file: ReadFile, attached: Attachments, segments: dict[str, Segment]
 ) -> dict[str, Segment]:
     """Those of lines that have nodes, or an end, which MoorDyn moves."""
@@ -317,8 +348,16 @@ def _with_moving_nodes(
     }
 
 
-def _net(file: ReadFile, attached: Attachments, segments: dict[str, Segment]) -> NetData:
-    """Points and lines for their static equilibrium, see `statics.Net`."""
+def net_of(
+    file: ReadFile,
+    attached: Attachments,
+    segments: dict[str, Segment],
+    names: Mapping[str, str] = MappingProxyType({}),
+) -> NetData:
+    """Points and lines for their static equilibrium, see `statics.Net`.
+
+    `names` are those of points in warnings, by their number.
+    """
     density, gravity = (file.option(key, value) for key, value in WATER.items())
     points = []
     for row in file.rows("points"):
@@ -330,18 +369,23 @@ def _net(file: ReadFile, attached: Attachments, segments: dict[str, Segment]) ->
                 load = [float(word) for word in row.words[7:10]]
             lift = gravity * volume * density
             force = (load[0], load[1], load[2] + lift - gravity * mass)
-        known = {"name": f"point {row.words[0]}", "anchor": attached.held(row), "buoyancy": lift}
+        name = names.get(row.words[0], f"point {row.words[0]}")
+        known = {"name": name, "anchor": attached.held(row), "buoyancy": lift}
         points.append({"position": attached.place(row), "force": force, **known})
-    pairs = zip(file.rows("lines"), segments.values(), strict=True)
     lines = [
-        net_line(
-            segment,
-            ends=tuple(int(end) - 1 for end in ends_of(row)),
-            count=int(float(row.words[5])),
-            length=float(row.words[4]),
-            gravity=gravity,
-        )
-        for row, segment in pairs
+        {
+            "ends": tuple(int(end) - 1 for end in ends_of(row)),
+            "segments": int(float(row.words[5])),
+            "length": float(row.words[4]),
+            "stiffness": s.axial_stiffness,
+            "bending": s.bending_stiffness,
+            "weight": s.mass_per_length * gravity,
+            "buoyancy": density * gravity * math.pi * s.diameter**2 / 4,
+            "diameter": s.diameter,
+            "drag": 0.5 * density * s.diameter * s.drag_coefficient,
+            "axial_drag": 0.5 * density * s.diameter * math.pi * s.axial_drag_coefficient,
+        }
+        for row, s in zip(file.rows("lines"), segments.values(), strict=True)
     ]
     return {
         "points": points,
@@ -352,18 +396,17 @@ def _net(file: ReadFile, attached: Attachments, segments: dict[str, Segment]) ->
     }
 
 
-def _text(
+def text_of(
     file: ReadFile, attached: Attachments, integration: list[tuple[str, str]], *, known: bool
 ) -> str:
     """The file for MoorDyn: without blank lines, outputs, and coupled bodies.
 
+    `integration` are values and names of options that go before those of the file.
     Where the equilibrium is not known otherwise, MoorDyn looks for it as the file says.
     """
     lines = ["MoorDyn v2 input file, after " + file.path.name]
     for section in TABLES:
-        rows = [_row(section, row, attached) for row in file.rows(section)]
-        if rows:
-            lines += [header(section.upper()), "-", "-", *rows]
+        lines += table(section, [_row(section, row, attached) for row in file.rows(section)])
     ours = [*QUIET, *(RELAXATION if known else ()), *integration]
     replaced = REPLACED | {name.lower() for _, name in ours}
     if file.option("wavekin", 0.0) <= 1:

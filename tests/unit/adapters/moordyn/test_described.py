@@ -75,7 +75,7 @@ def test_a_segment_between_free_points_bounds_the_internal_step() -> None:
 
 def test_friction_is_that_of_moordyn() -> None:
     made = mooring_of(HANGING + "seabed: {friction: 0.6, friction_damping: 300}\n")
-    assert {"0.6 FrictionCoefficient", "300.0 FricDamp"} < set(made.text.splitlines())
+    assert {"0.6 frictioncoefficient", "300.0 fricdamp"} < set(made.text.splitlines())
 
 
 def test_a_profile_of_the_seabed_is_a_grid(tmp_path: Path) -> None:

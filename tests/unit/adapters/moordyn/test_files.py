@@ -72,10 +72,10 @@ def test_a_written_file_holds_every_number_exactly() -> None:
         ("2", "rope", "2", "3", 230.3, "3"),
     ]
     given = options(made)
-    numbers = {key: float(given[key]) for key in ("g", "rho", "WtrDpth", "dtM", "kBot", "cBot")}
+    numbers = {key: float(given[key]) for key in ("g", "rho", "wtrdpth", "dtM", "kbot", "cbot")}
     assert numbers == {
-        "g": 9.812345678901234, "rho": 1025.0123456789012, "WtrDpth": 200.1,
-        "dtM": 0.0012345678901234567, "kBot": 1.1e5, "cBot": 1.3e3,
+        "g": 9.812345678901234, "rho": 1025.0123456789012, "wtrdpth": 200.1,
+        "dtM": 0.0012345678901234567, "kbot": 1.1e5, "cbot": 1.3e3,
     }  # fmt: skip
     assert given["tScheme"] == "RK2"
 

@@ -63,7 +63,7 @@ def run(lines: LineSystem, first: int, count: int, h: float = 0.05) -> list:
     found = []
     for k in range(first, first + count):
         lines.advance(k * h, h, *motion(k, h))
-        found.append((lines.force, lines.fairlead_tension, lines.anchor_tension))
+        found.append((lines.force, lines.tensions()))
     return found
 
 
@@ -159,6 +159,6 @@ def test_a_buoy_is_told_once_when_it_rises() -> None:
         lines.advance(0.5 * k, 0.5, [(100.0, -150.0 + 3.5 * k)], [(0.0, 7.0)])
     for k in range(40, 80):
         lines.advance(0.5 * k, 0.5, [(100.0, -10.0)], [(0.0, 0.0)])
-    assert len(lines.surfaced()) == 1
-    assert lines.surfaced() == []
+    assert len(lines.news()) == 1
+    assert lines.news() == []
     lines.close()

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -44,7 +45,7 @@ def hauled(lines: LineSystem, first: int, count: int) -> list[str]:
     for k in range(first, first + count):
         winch = (165.0 - 0.2 * k * STEP, -0.2)
         lines.advance(k * STEP, STEP, [(-5.0, 0.1 * k * STEP, -3.0)], [(0.0, 0.1, 0.0)], winch)
-        values = [*lines.force[0], *lines.fairlead_tension, *lines.anchor_tension]
+        values = [*lines.force[0], *chain(*lines.tensions())]
         found.append(" ".join(value.hex() for value in values))
     return found
 
