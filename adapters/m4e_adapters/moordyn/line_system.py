@@ -174,7 +174,7 @@ class LineSystem(MoorDynSystem):
         else:
             report = self.create(self._text, flat, search=True)
         self.parted = []
-        self.begin(flat, winch)
+        self.begin(flat, winch, t)
         self.warnings = [
             *self._notes,
             *unplaced(self._fairleads, position, self._placed),
@@ -214,17 +214,26 @@ class LineSystem(MoorDynSystem):
 
         They go on at a free point of their own.
         """
-        if failure not in self.parted:
-            ends = [self.end_motion(*end) for end in self._failures[failure][0][:1]]
-            self.parted.append(failure)
-            self.replace(self._parted_text(), ends)
+        if failure in self.parted:
+            return
+        count = len(self._groups())
+        self.parted.append(failure)
+        self.replace(self._parted_text(), [self.end_motion(*g[0]) for g in self._groups()[count:]])
 
     def _gone(self):
         """(line, end) of all that have parted."""
-        return [end for k in self.parted for end in self._failures[k][0]]
+        return [*chain(*self._groups())]
+
+    def _groups(self):
+        """Those that parted together, each end where it parted first."""
+        gone, groups = set(), []
+        for k in self.parted:
+            groups.append([end for end in self._failures[k][0] if end not in gone])
+            gone.update(groups[-1])
+        return [group for group in groups if group]
 
     def _parted_text(self):
-        return with_free_ends(self._text, [self._failures[k][0] for k in self.parted])
+        return with_free_ends(self._text, self._groups())
 
     def _part_where_due(self, t):
         for k, (ends, time, tension) in enumerate(self._failures):
@@ -300,7 +309,7 @@ class LineSystem(MoorDynSystem):
         """A text, by number, for each line with ends further apart than (1 + strain)·length."""
         texts = {}
         place = self.end_places[:]
-        for k, length in enumerate(self.lengths):
+        for k, length in enumerate(map(self.length, range(len(self.lengths)))):
             distance = dist(place[6 * k : 6 * k + 3], place[6 * k + 3 : 6 * k + 6])
             if distance > (1 + strain) * length:
                 texts[k] = (

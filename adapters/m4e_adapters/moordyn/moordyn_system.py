@@ -191,17 +191,17 @@ class MoorDynSystem:
         self.course = course
         self._failure: Exception | None = None  # of the motion of the water
         count = 3 * len(fixed)
-        room = CLOCK + 5 * count + 12 * lines
+        room = CLOCK + 6 * count + 12 * lines
         self.state = (c_double * (room + len(self._winches)))()
         sizes = ctypes.sizeof(c_double)
         view = (c_double * count).from_buffer
         self.forces = view(self.state, (CLOCK + 3 * count) * sizes)
         self.position = view(self.state, CLOCK * sizes)
         self.end_forces = (c_double * (6 * lines)).from_buffer(
-            self.state, (CLOCK + 5 * count) * sizes
+            self.state, (CLOCK + 6 * count) * sizes
         )
         self.end_places = (c_double * (6 * lines)).from_buffer(
-            self.state, (CLOCK + 5 * count + 6 * lines) * sizes
+            self.state, (CLOCK + 6 * count + 6 * lines) * sizes
         )
         self._arrays = {
             "line": (c_void_p * lines)(),
@@ -270,10 +270,10 @@ class MoorDynSystem:
         self._connect()
         return "".join(console)
 
-    def begin(self, position, lengths):
-        """Take the forces at rest, fairleads at `position` [m] and winches at `lengths` [m]."""
+    def begin(self, position, lengths, t):
+        """Take the forces at rest at t [s]: fairleads at `position`, winches at `lengths` [m]."""
         self.state[:] = [0.0] * len(self.state)
-        self.state[1] = START_STEP
+        self.state[:2] = t, START_STEP
         self.position[:] = position
         self.state[len(self.state) - len(self._winches) :] = lengths
         if self.course:
@@ -289,7 +289,10 @@ class MoorDynSystem:
             old = self._state_file(Path(folder) / "lines.state")
         extended = with_points(old, points, self._lines.lines)
         self.create(text, list(self.position), change=lambda _: extended)
-        self.evaluate(self.state[CLOCK + len(self.position) : CLOCK + 2 * len(self.position)])
+        if self.course:
+            self.course.begin(self, self.state[0])
+        count = len(self.position)
+        self.evaluate(self.state[CLOCK + 5 * count : CLOCK + 6 * count])
 
     def recreate(self, text, state):
         """Begin anew with `text`, at the fairleads of a `state`, for `take_back`."""
@@ -310,9 +313,9 @@ class MoorDynSystem:
 
     def length(self, line):
         """Unstretched length [m] of a line now, by its number from 0."""
-        found = c_double()
-        moordyn().MoorDyn_GetLineUnstretchedLength(self._arrays["line"][line], byref(found))
-        return found.value
+        if line in self._winches:
+            return self.state[len(self.state) - len(self._winches) + self._winches.index(line)]
+        return self.lengths[line]
 
     def _made(self, folder, position, search):
         """Let MoorDyn begin there; True if it fails."""

@@ -131,7 +131,7 @@ def lying(above, length):
     count = len(above) - 1
     free = next((k for k, z in enumerate(above) if z > LYING), count + 1)
     if not 0 < free < count:
-        return length * (free > 0) * min(1, free / count)
+        return length * (min(free, count + 1) - 1) / count if free else 0.0
     first, second = above[free : free + 2]
     rise = sqrt(second / first) - 1 if second > first else 0.0
     return length / count * (free - min(1.0, 1 / rise if rise else 1.0))

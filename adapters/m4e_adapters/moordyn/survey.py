@@ -46,7 +46,7 @@ def survey(
     found = LinesAtRest(net).at(places) if net and names else None
     if net is None or found is None:
         message = f"{title}: no static equilibrium of its lines is found by itself"
-        remedy = "rods, bodies and lines on the surface: run it, MoorDyn looks for it at the start"
+        remedy = "run it, if it has rods, bodies, an uneven seabed or lines on the surface"
         raise RunError(message, remedy)
     point = places.mean(axis=0) if about is None else np.array(about, dtype=float)
     force, stiffness = _about(found, places - point)

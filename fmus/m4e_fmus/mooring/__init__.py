@@ -263,7 +263,7 @@ def _looked_up(mooring: Mooring, inputs: tuple[str, ...]) -> Iterator[FmuVariabl
     def output(name: str, text: str, unit: str = "N") -> FmuVariable:
         return replace(_output(name, text, inputs), unit=unit, dependencies=inputs)
 
-    places = tuple(n for n in inputs if n.rpartition(".")[2] in "xyz")
+    places = tuple(n for n in inputs if n.rpartition(".")[2] in ("x", "y", "z", "length"))
     for line in mooring.lines:
         for axis in "xyz":
             for number, node in enumerate(_nodes(mooring, line), start=1):
@@ -311,7 +311,8 @@ def _of_winch(mooring: Mooring, line: int) -> Iterator[FmuVariable]:
     """Inputs of the length of a line with a winch."""
     name, length = mooring.lines[line], float(mooring.rows("LINES")[line][4])
     text = f"unstretched length of {name}"
-    yield FmuVariable(f"{name}.length", "m", text, causality="input", start=length)
+    least = length / 100
+    yield FmuVariable(f"{name}.length", "m", text, causality="input", start=length, minimum=least)
     yield FmuVariable(
         f"{name}.length_rate",
         "m/s",

@@ -11,7 +11,7 @@ import numpy as np
 
 from m4e_adapters import moordyn
 from m4e_adapters.moordyn import Mooring, MooringConfig
-from m4e_adapters.moordyn.plausibility import below_seabed, misplaced, unplaced
+from m4e_adapters.moordyn.plausibility import below_seabed, high_anchors, misplaced, unplaced
 from m4e_adapters.moordyn.rest import lying, too_long
 from m4e_adapters.moordyn.resting import LinesAtRest, Resting, tensions
 from m4e_adapters.moordyn.statics import Net
@@ -91,8 +91,17 @@ def mooring_data(
     mooring = moordyn.mooring(config, folder=folder)
     names = [(f, axis) for f in mooring.fairleads for axis in "xyz"]
     places = [given.get(f"{f.name}.{axis}", getattr(f, axis)) for f, axis in names]
+    net, note = mooring.net, []
+    if net:
+        given_lengths = [given.get(f"{name}.length") for name in mooring.lines]
+        pairs = zip(net["lines"], given_lengths, strict=True)
+        lines = [{**line, "length": length or line["length"]} for line, length in pairs]
+        mooring = replace(mooring, net={**net, "lines": lines})
+        note += high_anchors(net["points"], mooring.bed)
     data = survey(mooring, np.array(places, dtype=float).reshape(-1, 3), title=title, **asked)
-    note = ("in still water: its waves and current are left out",) if config.moves_water else ()
+    if config.moves_water:
+        note.append("in still water: its waves and current are left out")
+    note += [f"{n} is left out" for n, value in given.items() if n.endswith(".parted") and value]
     return replace(data, notes=(*data.notes, *note))
 
 

@@ -86,5 +86,9 @@ def _inputs(
         system = at_equilibrium(system, build_directory=build_directory, tell=hear)
     program = program_at_rest(system, build_directory=build_directory, tell=hear)
     prefix = f"{name}.{AT_REST}"
+    given = next(c.start for c in system.components if c.name == name)
+    own = {n: float(value) for n, value in given.items() if isinstance(value, (int, float))}
+    if left := given.keys() - own.keys():
+        tell(f"warning: start values are left out: {', '.join(sorted(left))}")
     values = {v.name: v.start for v in program.parameters if v.name.startswith(prefix)}
-    return {name.removeprefix(prefix): value for name, value in values.items()}
+    return own | {name.removeprefix(prefix): value for name, value in values.items()}

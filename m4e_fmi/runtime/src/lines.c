@@ -12,6 +12,7 @@
    the parabola beside the errors of those steps. */
 enum { PIECE = 4 };
 static const double LAST_PART = 1e-9; /* of a step, for the evaluation of its end */
+static const double CLOSING = 1e-3;   /* s in which a fairlead goes to where it ought to be, at least */
 static const double SPARE = 1e-9;     /* of an internal step, so that rounding adds no other */
 static const uint64_t DENORMAL = (uint64_t)0xFCD << 52, SMALL_NEGATIVE = -((uint64_t)1 << 31);
 
@@ -23,7 +24,8 @@ static double *velocity(const m4e_lines *l) { return of_fairleads(l, 1); }
 static double *given(const m4e_lines *l) { return of_fairleads(l, 2); }
 static double *force(const m4e_lines *l) { return of_fairleads(l, 3); }
 static double *stage_force(const m4e_lines *l) { return of_fairleads(l, 4); }
-static double *end_force(const m4e_lines *l) { return of_fairleads(l, 5); }
+static double *shown(const m4e_lines *l) { return of_fairleads(l, 5); }
+static double *end_force(const m4e_lines *l) { return of_fairleads(l, 6); }
 static double *end_place(const m4e_lines *l) { return end_force(l) + (size_t)6 * l->lines; }
 static double *length(const m4e_lines *l) { return end_place(l) + (size_t)6 * l->lines; }
 
@@ -140,18 +142,18 @@ static uint64_t internal_steps(const m4e_lines *l, double h, uint64_t least) {
     return least;
 }
 
-static int read_ends(m4e_lines *l) {
+static void read_ends(m4e_lines *l) {
     for (uint32_t i = 0; i < l->lines; i++)
         for (uint32_t end = 0; end < 2; end++) {
             l->node_force(l->line[i], end * l->segments[i], end_force(l) + 6 * i + 3 * end);
             l->node_position(l->line[i], end * l->segments[i], end_place(l) + 6 * i + 3 * end);
         }
-    return 0;
 }
 
 int m4e_lines_evaluate(m4e_lines *l, const double *u) {
     const size_t n = 3 * (size_t)l->fairleads;
     double *at = l->work + 3 * n;
+    memcpy(shown(l), u, n * sizeof *u);
     for (size_t i = 0; i < n; i++) at[i] = position(l)[i] - u[i] * l->state[1];
     if (l->water) move_water(l, 1.0);
     for (uint32_t i = 0; i < l->winches; i++) {
@@ -160,7 +162,13 @@ int m4e_lines_evaluate(m4e_lines *l, const double *u) {
     }
     const int failed = call(l, at, u, l->state[1], force(l));
     memcpy(stage_force(l), force(l), n * sizeof *at);
-    return failed ? failed : read_ends(l);
+    read_ends(l);
+    return failed;
+}
+
+/* Rate of a winch that is to have a length at the begin, and a rate. */
+static double reel(const m4e_lines *l, const double *winch, uint32_t i, double h) {
+    return winch[2 * i + 1] + (winch[2 * i] - length(l)[i]) / fmax(h, CLOSING);
 }
 
 int m4e_lines_settle(m4e_lines *l, const double *compact) {
@@ -188,7 +196,7 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
     const double last = l->inert ? 0 : LAST_PART * h;
     double from = 0, piece = 0, inner = 0, begun = 0, ended = h;
     for (size_t i = 0; i < n; i++) {
-        mean[i] = (at[i] + u[i] * h - position(l)[i]) / h;
+        mean[i] = u[i] + (at[i] - position(l)[i]) / fmax(h, CLOSING);
         bend[i] = (mean[i] - velocity(l)[i]) / lead;
     }
     memcpy(start, position(l), n * sizeof *start);
@@ -200,7 +208,7 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
             chord[i] = (end[i] - start[i]) / (to - from);
         }
         for (uint32_t i = 0; i < l->winches; i++) {
-            const double rate = (winch[2 * i] + winch[2 * i + 1] * h - length(l)[i]) / h;
+            const double rate = reel(l, winch, i, h);
             l->set_length(l->line[l->winch[i]], length(l)[i] + rate * from);
             l->set_rate(l->line[l->winch[i]], rate);
         }
@@ -223,9 +231,9 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
         piece = to - from;
         from = to;
     }
-    for (uint32_t i = 0; i < l->winches; i++) length(l)[i] = winch[2 * i] + winch[2 * i + 1] * h;
+    for (uint32_t i = 0; i < l->winches; i++) length(l)[i] += reel(l, winch, i, h) * h;
     for (size_t i = 0; i < n; i++) {
-        position(l)[i] = at[i] + u[i] * h;
+        position(l)[i] = h < CLOSING ? position(l)[i] + mean[i] * h : at[i] + u[i] * h;
         velocity(l)[i] = mean[i];
         given(l)[i] = u[i];
         /* where it is not evaluated: from the last stage on to the end */
@@ -236,7 +244,9 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
     l->state[0] = t + h;
     l->state[1] = LAST_PART * h;
     l->state[2] = h / 2;
-    return l->inert ? read_ends(l) : m4e_lines_evaluate(l, mean);
+    if (!l->inert) return m4e_lines_evaluate(l, mean);
+    read_ends(l);
+    return 0;
 }
 
 void m4e_lines_nodes(const m4e_lines *l, uint32_t line, double *rows) {

@@ -1,6 +1,5 @@
 /* Mooring lines of MoorDyn, whose functions come by their addresses; see lines.c. SI units, world
-   frame, x, y, z of one fairlead after the other; positions and velocities that are given have no y where
-   it is fixed. */
+   frame, x, y, z of one fairlead after the other; what is given has no y where it is fixed. */
 #ifndef LINES_H
 #define LINES_H
 
@@ -8,8 +7,8 @@
 
 /* Numbers of `state` before those of fairleads: time, length of an evaluating call, time since
    `velocity` was that of the fairleads. Then of each fairlead position, velocity, velocity that
-   was set last, force, force of the last stage; of each line the forces of its ends A and B on what
-   holds them, and their places; of each winch the length. */
+   was set last, force, force of the last stage, velocity of the last evaluation; of each line the
+   forces of its ends A and B on what holds them, and their places; of each winch the length. */
 #define M4E_LINES_CLOCK 3
 
 enum { M4E_LINES_FAILED = 1, M4E_LINES_NOT_FINITE = 2, M4E_LINES_NO_WATER = 3 };
@@ -51,8 +50,8 @@ typedef struct {
 M4E_API int m4e_lines_evaluate(m4e_lines *lines, const double *velocity);
 /* Let fairleads have this velocity now, unless it was set last; without masses forces follow. */
 M4E_API int m4e_lines_settle(m4e_lines *lines, const double *velocity);
-/* A step from t over h: fairleads end at `position` + `velocity` h, wherever they were; of each
-   winch a length at t and a rate. */
+/* A step from t over h: fairleads end at `position` + `velocity` h, wherever they were, or go there
+   within a millisecond if h is less; of each winch a length at t and a rate. */
 M4E_API int m4e_lines_advance(m4e_lines *lines, double t, double h, const double *position,
                               const double *velocity, const double *winch);
 /* x, y, z and tension at each node of a line, counted from 0; nan where MoorDyn has no number. */

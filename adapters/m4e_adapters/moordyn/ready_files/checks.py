@@ -180,7 +180,7 @@ def check_places(file: ReadFile, places: dict[str, tuple[float, float, float]]) 
         if row.words[2].upper() in FREE
     ]
     for row, what, z in heights:
-        if z < -file.depth - CLOSE:
+        if z < -file.depth - CLOSE and "seafloorfile" not in file.options:
             message = f"{what} at z = {z:g} m is below the seabed at {-file.depth:g} m"
             file.wrong(row, message, f"raise it, or make WtrDpth at least {-z:g}")
     for row in file.rows("rods"):

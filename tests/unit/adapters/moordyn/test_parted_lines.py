@@ -108,3 +108,45 @@ def test_a_line_breaks_at_a_tension(tmp_path: Path) -> None:
     begun = f"parted: from t = {found.time[first]:.9g} s on"
     assert outcome.scenario[1] == f"{begun}: mooring.one.parted = 1"
     assert not any("parted" in str(message) for message in outcome.messages)
+
+
+CURRENT = "current: {speed: 2}\n"
+
+
+def test_the_water_goes_on_where_a_line_parts() -> None:
+    """The line that stays feels the same current as before, and the fairlead's own velocity."""
+    both = started(replace(mooring_of(LINES + OTHER + CURRENT), failures=(Failure(((1, 1),)),)))
+    alone = started(mooring_of(LINES + CURRENT))
+    for lines in (both, alone):
+        for k in range(10):
+            x = -4.0 + 0.02 * k**2
+            lines.advance(0.1 * k, 0.1, [(x, -2.0)], [(0.2 + 0.4 * k, 0.0)])
+    stays = both.end_force(0, 1)
+    both.part(0)
+    assert both.end_force(0, 1) == pytest.approx(stays, rel=1e-6)
+    assert both.force[0] == pytest.approx(alone.force[0], rel=1e-6)
+    both.close()
+    alone.close()
+
+
+def test_ends_part_once() -> None:
+    """A group takes along only those of its lines that are still where they were."""
+    ends = ((0, 1),), ((0, 1), (1, 1))
+    lines = started(replace(mooring_of(LINES + OTHER), failures=tuple(map(Failure, ends))))
+    lines.part(0)
+    towed(lines, 0, 30)
+    before = lines.node_position(1, 10)
+    lines.part(1)
+    assert lines.node_position(1, 10) == pytest.approx(before, abs=1e-9)
+    assert lines.node_position(0, 10) != pytest.approx(before, abs=1.0)
+    lines.close()
+
+
+def test_a_step_of_nothing_pulls_at_nothing() -> None:
+    """A fairlead that is not quite where it ought to be does not jump there."""
+    lines = started(mooring_of(LINES + OTHER))
+    towed(lines, 0, 10)
+    expected = lines.force[0]
+    lines.advance(1.0, 1e-9, [(-3.8 + 1e-6, -2.0)], [(0.2, 0.0)])
+    assert lines.force[0] == pytest.approx(expected, abs=1e-2 * lines.tensions()[0][0])
+    lines.close()
