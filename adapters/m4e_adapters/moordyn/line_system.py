@@ -1,6 +1,6 @@
 """Mooring lines between fairleads that are moved from outside: motion in, forces out.
 
-Travels inside the FMU: imports the standard library and its neighbours that travel as well. World
+Travels inside the FMU: imports NumPy, SciPy and its neighbours that travel as well. World
 frame, X right and Z up, SI units. Positions, velocities and forces of fairleads are (x, z), with a
 fixed y, or (x, y, z).
 

@@ -126,7 +126,7 @@ class Net:
     def _settle_roughly(self):
         """Go where the lines are with fewer segments; whether their equilibrium was found."""
         lines = [{**line, "segments": ceil(line["segments"] / REFINEMENT)} for line in self.lines]
-        fairleads = np.take(self.position, self.described["fairleads"], axis=0)
+        fairleads = self.position[np.array(self.described["fairleads"], dtype=int)]
         coarse = Net({**self.described, "lines": lines}, fairleads)
         found = coarse.settle()
         for nodes, few in zip(self.nodes, coarse.nodes, strict=True):
