@@ -248,8 +248,8 @@ FAULTS = {
     ),
     "a line's buoyancy is left out": Fault(
         "adapters",
-        "buoyancy * share - weight",
-        "-weight",
+        "self.half_buoyancy * submerged(at, self.diameter / 2) - self.half_weight",
+        "-self.half_weight",
         "unit/adapters/moordyn/test_statics.py",
     ),
     "a table begins late": Fault(

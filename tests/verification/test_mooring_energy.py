@@ -40,7 +40,7 @@ def balance(text: str, h: float, stop: float) -> tuple[float, float]:
         water = None
         places = [lines.node_position(0, n) for n in nodes]
         if lines.course:
-            water = lines.course.current(places)
+            water = lines.course.current(np.array(places)).tolist()
         speeds = [lines.node_velocity(0, n) for n in nodes]
         kept.append(energies(made.kinds[0], made.net["lines"][0], places, speeds, water))
         (x0, z0), (x1, z1) = place(k * h), place((k + 1) * h)

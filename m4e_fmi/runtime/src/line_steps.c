@@ -81,12 +81,12 @@ static int slower(const m4e_line_kind *k, uint32_t n, double l, const double *r,
         if (i < n) {
             double rate[3];
             const double size = direction(here, here + 3, after);
-            for (int c = 0; c < 3; c++) rate[c] = v[3 * i + 3 + c] - v[3 * i + c];
+            for (size_t c = 0; c < 3; c++) rate[c] = v[3 * i + 3 + c] - v[3 * i + c];
             const int slack = size + fmin(dot(after, rate), 0) * h <= l;
             coupling = fmax(k->damping - (slack ? 0 : k->least / x), 0) / l;
         }
         direction(i > 0 ? here - 3 : here, i < n ? here + 3 : here, q);
-        for (int c = 0; c < 3; c++) flow[c] = (u ? u[3 * i + c] : 0) - v[3 * i + c];
+        for (size_t c = 0; c < 3; c++) flow[c] = (u ? u[3 * i + c] : 0) - v[3 * i + c];
         const double past = fabs(dot(flow, q)), wet = here[2] < 0;
         const double beside = sqrt(fmax(dot(flow, flow) - past * past, 0));
         const double across =

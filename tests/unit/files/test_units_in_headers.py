@@ -20,6 +20,7 @@ from m4e_adapters.hydrodynamics.config.waves import ComponentWaves, Record, Spec
 from m4e_adapters.hydrodynamics.drift.files import read_drift
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift
 from m4e_adapters.hydrodynamics.seas.wave_files import read_components, read_density, read_record
+from m4e_adapters.moordyn.bathymetry import bathymetry
 from m4e_fmi.analysis.comparison.comparing import compare
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
@@ -172,6 +173,11 @@ def decay(name: str) -> Callable[[Path], np.ndarray]:
     return read
 
 
+def seabed(folder: Path) -> np.ndarray:
+    found = bathymetry("t.csv", folder=folder)
+    return np.array([*found.x, *found.y, *found.depth.flat])
+
+
 WAVES = "m4e_adapters.hydrodynamics.seas.wave_files"
 BY_PERIOD = {"amplitude": "m", "period": "s", "phase": "rad", "direction": "deg"}
 BY_OMEGA = {"amplitude": "m", "omega": "rad/s", "phase": "rad", "direction": "deg"}
@@ -181,6 +187,8 @@ CASES = {**PLAIN, "stop": "s"}
 CSV = "m4e_fmus.table.config"
 OF_MODELS = "m4e_fmi.model.yaml"
 SPECTRUM = {"omega": "rad/s", "density": "m2.s/rad"}
+BED = "m4e_adapters.moordyn.bathymetry"
+GRID = np.array([[1.0, 1.0, 3.0], [1.0, 2.0, 4.0], [2.0, 1.0, 5.0], [2.0, 2.0, 6.0]])
 DRIFT = np.array([[0.5, 0.0, 1.0, 2.0, 3.0], [1.5, 0.0, 4.0, 5.0, 6.0]])
 COMPARING, MEASURED = "m4e_fmi.analysis.comparison.comparing", "m4e_fmi.results.compared_file"
 READERS = {
@@ -194,6 +202,7 @@ READERS = {
     "drift": Reader(
         "m4e_adapters.hydrodynamics.drift.files", {**OF_DRIFT, "yaw": "N.m/m2"}, DRIFT, drift
     ),
+    "seabed": Reader(BED, {"x": "m", "y": "m", "depth": "m"}, GRID, seabed),
     "signals": Reader(CSV, WITH_TIME, rising(4, 7), signals),
     "signals by other names": Reader(
         CSV, {"force": "kN", "time": "s"}, rising(4, 2), signals_by_other_names
