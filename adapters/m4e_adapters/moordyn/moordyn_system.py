@@ -358,7 +358,7 @@ class MoorDynSystem:
         self._arrays["work"] = (c_double * room)()
         lines.work = ctypes.addressof(self._arrays["work"])
         lines.system = self._system
-        library.MoorDyn_Serialize(self._system, byref(self._size), None)
+        self._size = c_size_t()
         if self.course:
             nodes = c_uint32()
             library.MoorDyn_ExternalWaveKinInit(self._system, byref(nodes))
@@ -370,6 +370,9 @@ class MoorDynSystem:
         """Take the forces with fairleads where they are, at this velocity [m/s] or at rest."""
         given = (c_double * len(self.position))(*(velocity or ()))
         self._done(self._library.m4e_lines_evaluate(self._at, given))
+        # before its first step MoorDyn would write a time that it has not set, and may never end
+        if not self._size.value:
+            moordyn().MoorDyn_Serialize(self._system, byref(self._size), None)
 
     def settle(self, velocity):
         """Let the fairleads have this velocity [m/s] now, if it is another than was given last.
