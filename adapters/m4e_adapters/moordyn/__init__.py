@@ -2,7 +2,7 @@
 
 `config` has the keys of a system file, `from_config` makes a `Mooring` of them, `line_system` steps
 that. Imports m4e_fmi's document and errors; `line_system` and the modules that it imports travel in
-FMUs and import moordyn only. Start reading in `from_config.py`.
+FMUs and import moordyn, NumPy and SciPy only. Start reading in `from_config.py`.
 """
 
 from m4e_adapters.moordyn.config import MooringConfig

@@ -13,7 +13,7 @@ MoorDyn 2.7.2 has habits that this module and the loop in `lines.c` answer:
   Their path is therefore a parabola, taken in pieces of a few internal steps.
 - Its static solution is often wrong. Lines start in the equilibrium that `rest` finds; where it
   finds none, as with free bodies, MoorDyn looks for one, and warnings tell how far it is off.
-- What parts a line in MoorDyn cannot be taken back: see `MoorDynSystem.part`.
+- What parts a line in MoorDyn cannot be taken back: see `MoorDynSystem.replace`.
 """
 
 from functools import partial

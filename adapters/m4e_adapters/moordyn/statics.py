@@ -152,7 +152,12 @@ class Net:
             if (abs(force) <= np.maximum(precision * weight, rounded)).all():
                 return True
             start = self.position[free]
-            stiffness = factored(lines.slopes(self.position), free, np.repeat(shift * spring, 3))
+            try:
+                stiffness = factored(
+                    lines.slopes(self.position), free, np.repeat(shift * spring, 3)
+                )
+            except RuntimeError:  # it is singular
+                return False
             step = stiffness.solve(force.ravel()).reshape(-1, 3)
             step *= min(1.0, longest / abs(step).max())
             slope = np.vdot(force, step)
