@@ -13,7 +13,18 @@ from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite
 def add(command: argparse.ArgumentParser) -> None:
     """Add the arguments of `mooring`."""
     command.add_argument(
-        "source", type=Path, metavar="FILE", help="a system file, or a MoorDyn v2 input file"
+        "source",
+        type=Path,
+        metavar="FILE",
+        help="a system file, a MoorDyn v2 input file, or results (.nc): lines and their tensions",
+    )
+    command.add_argument(
+        "--at",
+        nargs="+",
+        type=finite,
+        default=[],
+        metavar="T",
+        help="of results: times [s] of profiles; default: that of the largest tension",
     )
     command.add_argument(
         "--component", default="", metavar="NAME", help="of a system with several moorings: which"
@@ -58,10 +69,14 @@ def add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import mooring
     from m4e_fmi.files.file_names import file_stem
-    from m4e_fmi.report import check_picture_path, plot_mooring
+    from m4e_fmi.report import check_picture_path, plot_lines, plot_mooring
 
     if options.output_file:
         check_picture_path(options.output_file)
+    if options.source.suffix.lower() == ".nc":
+        picture = options.output_file or Path(BUILD_FOLDER) / f"{options.source.stem}_lines.png"
+        print_files([plot_lines(options.source, picture, times=options.at)], options)
+        return
     data = mooring(
         options.source,
         component=options.component,

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from m4e_fmi.report.animation.results_page import animate, animate_run
     from m4e_fmi.report.data_files import write_hydro, write_sea, write_waves
     from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
-    from m4e_fmi.report.drawing.mooring_figures import plot_mooring
+    from m4e_fmi.report.drawing.mooring_figures import plot_lines, plot_mooring
     from m4e_fmi.report.drawing.record_figures import plot_decay, plot_differences
     from m4e_fmi.report.drawing.schematic import draw_model, model_figure
     from m4e_fmi.report.drawing.style import check_picture_path
@@ -77,6 +77,7 @@ __all__ = [
     "plot_decay",
     "plot_differences",
     "plot_hydro",
+    "plot_lines",
     "plot_mooring",
     "plot_run",
     "plot_simulation",
@@ -119,7 +120,10 @@ _MODULES = {
         "plot_decay",
         "plot_differences",
     ),
-    "drawing.mooring_figures": ("plot_mooring",),
+    "drawing.mooring_figures": (
+        "plot_lines",
+        "plot_mooring",
+    ),
     "drawing.schematic": (
         "draw_model",
         "model_figure",

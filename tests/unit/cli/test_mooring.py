@@ -77,6 +77,16 @@ def test_fairleads_are_where_the_system_is(system: Path, said: Said) -> None:
         assert found["about"][0] == pytest.approx(x, abs=1e-4)
 
 
+def test_lines_of_a_run(system: Path, said: Said) -> None:
+    given = ["--no-plot", "--output-file", "run.nc"]
+    said("run", system, *given, "--variables", "*")
+    assert said("mooring", "run.nc", "--at", "0.5", "1").endswith("wrote build/run_lines.png\n")
+    assert Path("build/run_lines.png").stat().st_size > 30_000
+    assert "take times from 0 to 1 s" in said("mooring", "run.nc", "--at", "2", code=2)
+    said("run", system, *given)
+    assert "--variables 'mooring.*'" in said("mooring", "run.nc", code=2)
+
+
 def test_a_moordyn_file(tmp_path: Path, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     from m4e_adapters.moordyn import MooringConfig, mooring
     from m4e_fmi.files.document import Document
