@@ -115,8 +115,7 @@ def _band(axis: Axes, x: np.ndarray, values: np.ndarray) -> None:
 def _finished(figure: Figure, title: str, picture: str | Path) -> Path:
     for axis in figure.axes:
         plain(axis)
-        axis.xaxis.label.set_size(9)
-        axis.yaxis.label.set_size(9)
-        axis.title.set_size(9)
+        for text in (axis.xaxis.label, axis.yaxis.label, axis.title):
+            text.set_fontsize(9)
     figure.suptitle(title, fontsize=11)
     return save(figure, picture)
