@@ -151,10 +151,6 @@ class LineSystem(MoorDynSystem):
             for k in range(len(self._names))
         ]
 
-    def outputs(self):
-        """Forces on the fairleads, along the axes on which they move, and tensions [N]: flat."""
-        return [*chain(*self.force, *self.tensions())]
-
     def start(self, position, velocity, t=0.0, winch=()):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
 

@@ -1,6 +1,6 @@
 """One system in MoorDyn's memory: created, stepped, saved, freed.
 
-Travels inside the FMU: imports the standard library and its neighbours that travel as well. SI
+Travels inside the FMU: imports NumPy and its neighbours that travel as well. SI
 units; positions, velocities and forces are in the world frame, Z up, x, y, z of one fairlead after
 the other. MoorDyn's C functions and the loop over them (`lines.c` of the runtime) are called by
 ctypes; `import moordyn` only finds them.
@@ -28,6 +28,8 @@ from itertools import chain
 from math import hypot, isfinite, nan
 from pathlib import Path
 
+import numpy as np
+
 from .rest import with_points
 
 INSTALL = "pip install moordyn==2.7.2"
@@ -35,6 +37,8 @@ REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 FIRST_GUESS = "Catenary initial profile"  # of no interest where the equilibrium is known
 WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's report that warns
 SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
+# an exponent below -1022 that became negative has the bits of a large one
+DENORMAL, SMALL_NEGATIVE = 0xFCD << 52, 2**64 - 2**31
 START_STEP = 1e-12  # [s] length of the call that evaluates the forces at the start
 SILENT = 0xFFFF  # log level of no messages
 RELAXED = 3  # internal steps of MoorDyn's relaxation in the longest one: lines go slack, and land
@@ -62,7 +66,7 @@ class Lines(ctypes.Structure):
         *((name, c_uint32) for name in ("lines", "fairleads", "objects", "winches", "nodes")),
         *((name, c_int32) for name in ("inert", "moving")),
         ("order", c_uint32),
-        *((name, c_double) for name in ("share", "longest", "interval", "lag")),
+        *((name, c_double) for name in ("share", "longest", "interval")),
         *((name, c_void_p) for name in ("water", "state", "work")),
     ]  # fmt: skip
 
@@ -106,7 +110,6 @@ _LOOP = {
     **dict.fromkeys(("evaluate", "settle"), (ctypes.POINTER(Lines), c_void_p)),
     "advance": (ctypes.POINTER(Lines), c_double, c_double, c_void_p, c_void_p, c_void_p),
     "nodes": (ctypes.POINTER(Lines), c_uint32, c_void_p),
-    "clean": (c_void_p, c_size_t),
 }
 
 
@@ -226,7 +229,6 @@ class MoorDynSystem:
             interval=course.longest if course else float("inf"),
             order=order,
             share=share,
-            lag=0.5 if order == 2 else 0.0,
             sample=ctypes.cast(self._sample, c_void_p),
             **{name: ctypes.cast(values, c_void_p) for name, values in self._arrays.items()},
             **{
@@ -466,10 +468,9 @@ class MoorDynSystem:
     def saved(self):
         """All of MoorDyn's state, as bytes."""
         library = moordyn()
-        words = array("Q", bytes(self._size.value))
-        at, count = words.buffer_info()
-        library.MoorDyn_Serialize(self._system, None, at)
-        self._library.m4e_lines_clean(at, count)
+        words = np.zeros(self._size.value // 8, "u8")
+        library.MoorDyn_Serialize(self._system, None, words.ctypes.data)
+        words[(words >= DENORMAL) & (words < SMALL_NEGATIVE)] = 0
         return words.tobytes()
 
     def take_back(self, system, state):

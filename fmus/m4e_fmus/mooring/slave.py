@@ -2,7 +2,7 @@
 
 import json
 import sys
-from itertools import islice
+from itertools import chain, islice
 from math import atan2, hypot
 
 from pythonfmu.enums import Fmi2Status
@@ -29,8 +29,9 @@ class MooringSlave(M4eSlave):
         moved, winches = 2 * sum(self._axes), 2 * len(system["winches"])
         self._place, self._speed = slice(0, moved, 2), slice(1, moved, 2)
         self._winch = slice(moved, moved + winches)
-        last = self._winch.stop + sum(self._axes) + 2 * len(self._line_names)
-        self._outputs = slice(self._winch.stop, last)
+        last = self._winch.stop + sum(self._axes)
+        self._forces = slice(self._winch.stop, last)
+        self._tensions = slice(last, last + 2 * len(self._line_names))
         self._water, self._of_water, self._values_of_water = None, [], []
         nodes, names, looked_up = (system.pop(key) for key in ("nodes", "files", "looked_up"))
         self._anchors, self._points = system.pop("anchors"), system.pop("points")
@@ -57,6 +58,7 @@ class MooringSlave(M4eSlave):
             for name in self._line_names
         ]
         self._slow = {self.index[name] for name in looked_up}
+        self._slow.update(range(self._tensions.start, self._tensions.stop))
         self._slow_known = True
         self._started_with = None
 
@@ -113,7 +115,7 @@ class MooringSlave(M4eSlave):
             if self.values[place]:
                 self._lines.part(failure)
         self._lines.settle([self.values[self._speed]])
-        self.values[self._outputs] = self._lines.outputs()
+        self.values[self._forces] = [*chain(*self._lines.force)]
         self._slow_known = False
 
     def get_real(self, vrs):
@@ -124,11 +126,12 @@ class MooringSlave(M4eSlave):
         return super().get_real(vrs)
 
     def _look_up(self):
-        """Bring what is looked up up to date: nodes, points, anchors, touchdown, safety."""
+        """Bring what is looked up up to date: tensions, nodes, points, anchors, touchdown."""
         if self._slow_known or not self._lines.running:
             return
         found, values = {}, self.values
         tensions = self._lines.tensions()
+        values[self._tensions] = [*chain(*tensions)]
         for line, (name, both) in enumerate(zip(self._line_names, tensions, strict=True)):
             along = self._lines.along(line)
             for k, place in self._nodes[line]:

@@ -14,7 +14,6 @@ enum { PIECE = 4 };
 static const double LAST_PART = 1e-9; /* of a step, for the evaluation of its end */
 static const double CLOSING = 1e-3;   /* s in which a fairlead goes to where it ought to be, at least */
 static const double SPARE = 1e-9;     /* of an internal step, so that rounding adds no other */
-static const uint64_t DENORMAL = (uint64_t)0xFCD << 52, SMALL_NEGATIVE = -((uint64_t)1 << 31);
 
 static double *position(const m4e_lines *l) { return l->state + M4E_LINES_CLOCK; }
 static double *of_fairleads(const m4e_lines *l, int which) {
@@ -237,7 +236,7 @@ int m4e_lines_advance(m4e_lines *l, double t, double h, const double *place, con
         velocity(l)[i] = mean[i];
         given(l)[i] = u[i];
         /* where it is not evaluated: from the last stage on to the end */
-        const double ahead = l->lag * inner / piece;
+        const double ahead = (l->order == 2 ? 0.5 : 0) * inner / piece;
         force(l)[i] = stage_force(l)[i] + ahead * (stage_force(l)[i] - force(l)[i]);
         mean[i] += bend[i] * h / 2;
     }
@@ -255,11 +254,4 @@ void m4e_lines_nodes(const m4e_lines *l, uint32_t line, double *rows) {
         if (l->node_position(l->line[line], n, rows)) rows[0] = rows[1] = rows[2] = NAN;
         rows[3] = l->node_tension(l->line[line], n, tension) ? NAN : sqrt(dot(tension, tension));
     }
-}
-
-/* MoorDyn turns numbers below 2e-308 into numbers of 1e300: an exponent below -1022 that became
-   negative has the bits of a large one. They are 0. */
-void m4e_lines_clean(uint64_t *words, size_t count) {
-    for (size_t i = 0; i < count; i++)
-        if (words[i] >= DENORMAL && words[i] < SMALL_NEGATIVE) words[i] = 0;
 }

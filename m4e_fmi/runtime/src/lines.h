@@ -40,7 +40,6 @@ typedef struct {
     double share;      /* of the longest stable step that is taken */
     double longest;    /* internal step [s] */
     double interval;   /* [s] at which the water is sampled, at most */
-    double lag;        /* internal steps from the last stage to the end of a step */
     double *water; /* velocity, acceleration of all nodes: at the begin, in the middle, at the end
                       of an interval, and now; NULL: the water is not moved from outside */
     double *state, *work; /* work: 33 numbers a fairlead, 6 a node of the longest line */
@@ -56,7 +55,5 @@ M4E_API int m4e_lines_advance(m4e_lines *lines, double t, double h, const double
                               const double *velocity, const double *winch);
 /* x, y, z and tension at each node of a line, counted from 0; nan where MoorDyn has no number. */
 M4E_API void m4e_lines_nodes(const m4e_lines *lines, uint32_t line, double *rows);
-/* Words of a state of MoorDyn without what it makes of denormal numbers. */
-M4E_API void m4e_lines_clean(uint64_t *words, size_t count);
 
 #endif
