@@ -8,6 +8,7 @@ from pathlib import Path
 
 from m4e_fmi.cli.shared.log import add_log, print_files, say, show_result
 from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_options, finite
+from m4e_fmi.errors import InputError
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -70,10 +71,16 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import mooring
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.report import check_picture_path, plot_lines, plot_mooring
+    from m4e_fmi.results.results_file import NETCDF
 
     if options.output_file:
         check_picture_path(options.output_file)
-    if options.source.suffix.lower() == ".nc":
+    of_results = options.source.suffix.lower() == NETCDF
+    foreign = ("component", "about", "fairleads", "json", "no_plot") if of_results else ("at",)
+    if wrong := [name for name in foreign if getattr(options, name)]:
+        message = f"--{wrong[0].replace('_', '-')} is not for {options.source}"
+        raise InputError.single(message, "leave it out; see m4e-fmi mooring --help")
+    if of_results:
         picture = options.output_file or Path(BUILD_FOLDER) / f"{options.source.stem}_lines.png"
         print_files([plot_lines(options.source, picture, times=options.at)], options)
         return

@@ -1,9 +1,9 @@
 """One system in MoorDyn's memory: created, stepped, saved, freed.
 
-Travels inside the FMU: imports NumPy and its neighbours that travel as well. SI
-units; positions, velocities and forces are in the world frame, Z up, x, y, z of one fairlead after
-the other. MoorDyn's C functions and the loop over them (`lines.c` of the runtime) are called by
-ctypes; `import moordyn` only finds them.
+Travels inside the FMU: imports NumPy and its neighbours that travel as well. SI units; positions,
+velocities and forces are in the world frame, Z up, x, y, z of one fairlead after the other.
+MoorDyn's C functions and the loop over them (`lines.c` of the runtime) are called by ctypes;
+`import moordyn` only finds them.
 
 MoorDyn 2.7.2 has habits that this module answers:
 
@@ -468,7 +468,7 @@ class MoorDynSystem:
     def saved(self):
         """All of MoorDyn's state, as bytes."""
         library = moordyn()
-        words = np.zeros(self._size.value // 8, "u8")
+        words = np.frombuffer(bytearray(self._size.value), "u8")
         library.MoorDyn_Serialize(self._system, None, words.ctypes.data)
         words[(words >= DENORMAL) & (words < SMALL_NEGATIVE)] = 0
         return words.tobytes()

@@ -81,7 +81,7 @@ def plot_lines(results: str | Path, picture: str | Path, *, times: Sequence[floa
         raise InputError.single(message, f"take times from {first:g} to {last:g} s")
     figure = Figure(figsize=(11, 0.8 + 2.9 * len(lines)), layout="constrained")
     rows = figure.subplots(len(lines), 2, squeeze=False)
-    for (_, line), members, (side, along) in zip(lines, lines.values(), rows, strict=True):
+    for ((component, line), members), (side, along) in zip(lines.items(), rows, strict=True):
         x, y, z, tension = (
             _nodes(members, f"{line}.{what}") for what in ("node_x", "node_y", "node_z", "tension")
         )
@@ -95,7 +95,8 @@ def plot_lines(results: str | Path, picture: str | Path, *, times: Sequence[floa
             side.plot(away[k], z[k], label=f"t = {run.time[k]:.6g} s", **style)
             along.plot(part, tension[k] / 1e3, **style)
         side.legend(fontsize=7, frameon=False)
-        side.set(title=line, xlabel="horizontal distance from the end 'from' [m]", ylabel="z [m]")
+        side.set(title=f"{component}.{line}", ylabel="z [m]")
+        side.set_xlabel("horizontal distance from the end 'from' [m]")
         along.set(xlabel="part of the length from there [%]", ylabel="tension [kN]")
     return _finished(figure, f"{run.attributes.get('title', '')}: mooring lines", picture)
 
@@ -108,8 +109,10 @@ def _nodes(members: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 
 def _band(axis: Axes, x: np.ndarray, values: np.ndarray) -> None:
     """Draw least, mean and largest `values` (rows, nodes) over `x` (nodes,)."""
-    axis.fill_between(x, values.min(axis=0), values.max(axis=0), color=GRID)
-    axis.plot(x, values.mean(axis=0), color=GREY, lw=1.0)
+    axis.fill_between(
+        x, values.min(axis=0), values.max(axis=0), color=GRID, label="least to largest"
+    )
+    axis.plot(x, values.mean(axis=0), color=GREY, lw=1.0, label="mean")
 
 
 def _finished(figure: Figure, title: str, picture: str | Path) -> Path:

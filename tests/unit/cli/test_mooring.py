@@ -83,6 +83,10 @@ def test_lines_of_a_run(system: Path, said: Said) -> None:
     assert said("mooring", "run.nc", "--at", "0.5", "1").endswith("wrote build/run_lines.png\n")
     assert Path("build/run_lines.png").stat().st_size > 30_000
     assert "take times from 0 to 1 s" in said("mooring", "run.nc", "--at", "2", code=2)
+    assert "--about is not for run.nc" in said(
+        "mooring", "run.nc", "--about", "0", "0", "0", code=2
+    )
+    assert "--at is not for" in said("mooring", system, "--at", "1", code=2)
     said("run", system, *given)
     assert "--variables 'mooring.*'" in said("mooring", "run.nc", code=2)
 
